@@ -8,7 +8,7 @@ use super::bounds::Bounds;
 use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
-use super::item::{Item, Mesh, Primitive, Shape};
+use super::item::{Attributes, Item, Mesh, Primitive, Shape};
 use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
 use crate::lanes::Real;
@@ -192,8 +192,9 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(mesh) => {
             let Mesh { vertices, faces, normals, uvs, attributes } = &**mesh;
-            let more = attributes.as_ref().map_or([0; 3], |more| {
-                [size_of_val(&**more), size_of_val(&more.uvs[..]), size_of_val(&more.colors[..])]
+            let more = attributes.as_ref().map_or([0; 4], |more| {
+                let Attributes { uvs, colors, tangents } = &**more;
+                [size_of_val(&**more), size_of_val(&uvs[..]), size_of_val(&colors[..]), size_of_val(&tangents[..])]
             });
             let lists =
                 [size_of_val(&vertices[..]), size_of_val(&faces[..]), size_of_val(&normals[..]), size_of_val(&uvs[..])];

@@ -93,6 +93,8 @@ pub struct Attributes<R> {
     pub uvs: Vec<[R; 2]>,
     /// Red, green, blue and alpha of each vertex, or nothing.
     pub colors: Vec<[R; 4]>,
+    /// Tangents of each vertex with the hand of their frame, or nothing.
+    pub tangents: Vec<[R; 4]>,
 }
 
 impl<R: Real> Mesh<R> {

@@ -81,7 +81,9 @@ impl Geometry {
         for (i, tangent) in moved.tangents.iter_mut().flatten().enumerate() {
             let [x, y, z, w] = *tangent;
             let turned = matrix(i).transform_vector3(DVec3::new(x, y, z)).try_normalize().unwrap_or(DVec3::X);
-            *tangent = [turned.x, turned.y, turned.z, w];
+            // A mirror image has the other hand.
+            let side = if DMat3::from_mat4(matrix(i)).determinant() < 0.0 { -1.0 } else { 1.0 };
+            *tangent = [turned.x, turned.y, turned.z, side * w];
         }
         moved
     }

@@ -124,7 +124,7 @@ impl Library {
                 Err(why) => Err(why),
             };
             let place = match bytes {
-                Ok(bytes) if super::gltf::images::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
+                Ok(bytes) if super::gltf::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
                     model.has_parts = true;
                     model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
                     Some(model.pictures.len() - 1)

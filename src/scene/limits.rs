@@ -51,8 +51,8 @@ pub const TREE_RAYS: Limit = Limit::new("tree_rays", 100_000);
 pub const PICTURE_BYTES: Limit = Limit::new("picture_bytes", 64 << 20);
 /// Width or height of a picture in a scene.
 pub const PICTURE_SIDE: Limit = Limit::new("picture_side", 16_384);
-/// Pixels of all pictures in a scene together, each of which takes 16 bytes.
-pub const PICTURE_PIXELS: Limit = Limit::new("picture_pixels", 1 << 24);
+/// Bytes of memory that all pictures of a scene take, decoded: 4 for each pixel of 8 bits, 16 for one of 16 bits.
+pub const PICTURE_MEMORY: Limit = Limit::new("picture_memory", 256 << 20);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
 /// Problems looked for in one scene, so that it can be said how many more there are.

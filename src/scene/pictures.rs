@@ -1,16 +1,19 @@
 //! The pictures of a scene's textures and environment: read, limited and decoded.
 //!
 //! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
-//! and the pixels of all pictures together.
+//! and the memory of all pictures together.
 
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
-use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
+use super::limits::{PICTURE_BYTES, PICTURE_MEMORY, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
 use crate::control::{self, Cancelled};
 use crate::math;
+use crate::models::ktx2::{self, Ktx2};
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{
+    ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
+};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -74,7 +77,7 @@ impl<'a> Pictures<'a> {
     pub(super) fn read(description: &'a Description, files: &dyn Files) -> Result<Self, Problems> {
         let mut pictures = Self::default();
         let mut problems = Vec::new();
-        let mut left = PICTURE_PIXELS.max;
+        let mut left = PICTURE_MEMORY.max;
         for (source, meaning, pointer) in wanted(description) {
             if pictures.known.contains_key(&(source, meaning)) {
                 continue;
@@ -154,8 +157,8 @@ pub(super) fn source_bytes(description: &Description) -> u64 {
     wanted(description).iter().map(|(source, ..)| source.len() as u64).sum()
 }
 
-/// Bytes for each pixel while a picture is decoded: as the decoder gives it, as numbers, and in all its sizes.
-const DECODING: u64 = 40;
+/// Bytes for each pixel of 8 bits while a picture is decoded: as the decoder gives it, and as three channels.
+const DECODING: u64 = 8;
 
 /// Bytes that a decoder gets at a time.
 const PORTION: usize = 1 << 14;
@@ -191,57 +194,124 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Decodes a picture, and subtracts its pixels from those that are `left`.
+/// Decodes a picture, and subtracts its bytes from those that are `left`.
 fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> Result<Mipmap, Failure> {
-    let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
-    let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
-        .with_guessed_format()
-        .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-        return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into()));
+    let image = if bytes.starts_with(ktx2::MAGIC) {
+        let broken = |why: String| (Code::Degenerate, format!("the picture {why}"));
+        let picture = Ktx2::read(bytes).map_err(broken)?;
+        let size = Size { width: picture.width, height: picture.height, is_wide: false };
+        size.check(bytes, meaning, left, files)?;
+        let pixels = picture.decode().map_err(broken)?;
+        let image = RgbaImage::from_raw(picture.width, picture.height, pixels.into_flattened());
+        DynamicImage::ImageRgba8(image.ok_or_else(|| broken("ends too early".into()))?)
+    } else {
+        let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+        let decoder = decoder(bytes)?;
+        let (width, height) = decoder.dimensions();
+        Size { width, height, is_wide: is_wide(decoder.color_type()) }.check(bytes, meaning, left, files)?;
+        DynamicImage::from_decoder(decoder).map_err(broken)?
+    };
+    let mipmap = if is_wide(image.color()) { of_numbers(image, meaning) } else { of_codes(image, meaning) };
+    unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
+    Ok(mipmap)
+}
+
+/// Whether channels have 16 bits or more.
+fn is_wide(color: ColorType) -> bool {
+    color.bytes_per_pixel() > color.channel_count()
+}
+
+/// A picture of 8 bits.
+fn of_codes(image: DynamicImage, meaning: Meaning) -> Mipmap {
+    let (width, height) = image.dimensions();
+    let codes = match meaning {
+        Meaning::Alpha => {
+            let alphas = image.into_rgba8();
+            alphas.pixels().flat_map(|pixel| [pixel.0[3]; 3]).collect()
+        }
+        _ => image.into_rgb8().into_raw(),
+    };
+    let values = std::array::from_fn(|code| value(meaning, code as u16, u8::MAX.into()));
+    let is_colorful = |texel: &[u8; 3]| texel[0] != texel[1] || texel[1] != texel[2];
+    if meaning == Meaning::Height && codes.as_chunks().0.iter().any(is_colorful) {
+        // Means of three channels are no codes.
+        let texels = codes.as_chunks().0.iter();
+        let texels = texels.map(|codes: &[u8; 3]| texel(meaning, codes.map(|code| values[usize::from(code)])));
+        return Mipmap::new(width, height, texels.map_while(unless_stopping).collect());
     }
-    let mut limits = Limits::default();
-    // At most four channels of 16 bits, and as much for the decoder.
-    limits.max_alloc = Some(16 * PICTURE_PIXELS.max);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    let pixels = u64::from(width) * u64::from(height);
-    if u64::from(width.max(height)) > PICTURE_SIDE.max {
-        let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
-        return Err((Code::Limit, format!("a side of {width} x {height} pixels is over the limit of {max} ({name})")));
-    }
-    if pixels > *left {
-        let (name, max) = (PICTURE_PIXELS.name, PICTURE_PIXELS.max);
-        let detail =
-            format!("with these {width} x {height} pixels the scene's pictures are over the limit of {max} ({name})");
-        return Err((Code::Limit, detail));
-    }
-    if !files.has_room(bytes.len() as u64 + pixels * DECODING) {
-        return Err((Code::Limit, "there is no memory for the picture".into()));
-    }
-    // Also those of a picture that turns out to be broken, since they take as long.
-    *left -= pixels;
-    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
-    let wide = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
-    let most = if wide { u16::MAX } else { u8::MAX.into() };
-    // A table of all values takes milliseconds for 16 bits, longer than a small picture.
-    let table: Vec<f32> =
-        if pixels < u64::from(most) { Vec::new() } else { (0..=most).map(|code| value(meaning, code, most)).collect() };
+    Mipmap::of_codes(width, height, codes, values)
+}
+
+/// A picture of 16 bits.
+fn of_numbers(image: DynamicImage, meaning: Meaning) -> Mipmap {
+    let (width, height) = image.dimensions();
+    let most = u16::MAX;
+    // A table of all values takes milliseconds, longer than a small picture.
+    let table: Vec<f32> = if u64::from(width) * u64::from(height) < most.into() {
+        Vec::new()
+    } else {
+        (0..=most).map(|code| value(meaning, code, most)).collect()
+    };
     let value = |code: u16| table.get(usize::from(code)).copied().unwrap_or_else(|| value(meaning, code, most));
     let texels = if meaning == Meaning::Alpha {
         let rgba = image.into_rgba16();
-        rgba.pixels().map_while(|pixel| unless_stopping([f32::from(pixel.0[3]) / f32::from(u16::MAX); 3])).collect()
-    } else if wide {
+        rgba.pixels().map_while(|pixel| unless_stopping([value(pixel.0[3]); 3])).collect()
+    } else {
         let rgb = image.into_rgb16();
         rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
-    } else {
-        let rgb = image.into_rgb8();
-        let value = |code: u8| value(code.into());
-        rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
     };
-    unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
-    Ok(Mipmap::new(width, height, texels))
+    Mipmap::new(width, height, texels)
+}
+
+fn decoder(bytes: &[u8]) -> Result<impl ImageDecoder + '_, Failure> {
+    let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
+        .with_guessed_format()
+        .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
+    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
+        return Err((Code::Unsupported, "the picture is none of PNG, JPEG, WebP and KTX 2.0".into()));
+    }
+    let mut limits = Limits::default();
+    // At most four channels of 16 bits for three bytes that are kept, and as much for the decoder.
+    limits.max_alloc = Some(4 * PICTURE_MEMORY.max);
+    reader.limits(limits);
+    let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+    reader.into_decoder().map_err(broken)
+}
+
+/// How large a picture is.
+struct Size {
+    width: u32,
+    height: u32,
+    /// Whether it has 16 bits for a channel.
+    is_wide: bool,
+}
+
+impl Size {
+    /// Checks that a picture may be so large, and takes its bytes from those that are left.
+    fn check(self, file: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> Result<(), Failure> {
+        let Self { width, height, is_wide } = self;
+        if u64::from(width.max(height)) > PICTURE_SIDE.max {
+            let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
+            let detail = format!("a side of {width} x {height} pixels is over the limit of {max} ({name})");
+            return Err((Code::Limit, detail));
+        }
+        // Heights in colors become numbers.
+        let bytes = Mipmap::bytes_for(width, height, !is_wide && meaning != Meaning::Height);
+        if bytes > *left {
+            let (name, max) = (PICTURE_MEMORY.name, PICTURE_MEMORY.max);
+            let detail = format!(
+                "with these {width} x {height} pixels the scene's pictures take more than the limit of {max} bytes ({name})"
+            );
+            return Err((Code::Limit, detail));
+        }
+        let decoding = u64::from(width) * u64::from(height) * if is_wide { 2 * DECODING } else { DECODING };
+        if !files.has_room(file.len() as u64 + bytes + decoding) {
+            return Err((Code::Limit, "there is no memory for the picture".into()));
+        }
+        // Also those of a picture that turns out to be broken, since they take as long.
+        *left -= bytes;
+        Ok(())
+    }
 }
 
 /// Bytes that cannot be read any more once the work is cancelled, so that decoders stop.

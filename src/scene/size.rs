@@ -140,8 +140,8 @@ impl Sizes {
             Object::Polygon(polygon) => mesh(polygon.vertices.len(), polygon.vertices.len()),
             Object::Mesh(m) => {
                 let pairs = [&m.uvs, &m.uvs1].into_iter().flatten().map(Vec::len).sum::<usize>();
-                let further =
-                    m.normals.as_ref().map_or(0, Vec::len) + pairs + m.colors.as_ref().map_or(0, |c| 2 * c.len());
+                let fours = [&m.colors, &m.tangents].into_iter().flatten().map(Vec::len).sum::<usize>();
+                let further = m.normals.as_ref().map_or(0, Vec::len) + pairs + 2 * fours;
                 mesh(m.faces.len(), m.vertices.len() + further)
             }
             // Its pointer repeats those of the groups around it.

@@ -215,10 +215,11 @@ impl Pbr {
 
 #[inline(always)]
 fn colors_of_vertices<W: Double>(s: W::Simd, lookup: &Lookup<W>) -> [W; 4] {
-    let colors = lookup.face.as_ref().and_then(
-        #[inline(always)]
-        |face| face.colors(s, lookup.point),
-    );
+    // Not by `and_then`, which became a function of its own.
+    let colors = match &lookup.face {
+        Some(face) => face.colors(s, lookup.point),
+        None => None,
+    };
     colors.unwrap_or([W::lit(s, 1.0); 4])
 }
 

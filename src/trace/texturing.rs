@@ -279,7 +279,43 @@ fn attributes<L: Lanes>(
                 let [r, g, b, a] = &colors[i];
                 [load(r), load(g), load(b), load(a)]
             };
-            Attributes { uvs: [pair(0), pair(1), pair(2)], colors: [color(0), color(1), color(2)] }
+            let tangents = if more.tangents.is_empty() {
+                None
+            } else {
+                Some(tangents::<L>(s, owner, more, expanded, first, lanes))
+            };
+            Attributes { uvs: [pair(0), pair(1), pair(2)], colors: [color(0), color(1), color(2)], tangents }
         },
     )
+}
+
+/// The tangents at their corners.
+#[inline(always)]
+fn tangents<L: Lanes>(
+    s: L::Simd,
+    owner: &Owner<'_, L::Real>,
+    more: &accel::Attributes<L::Real>,
+    expanded: L::Ids,
+    first: usize,
+    lanes: u32,
+) -> [[L::Double; 4]; 3] {
+    let mut numbers = [[[0.0; MAX_LANES]; 4]; 3];
+    if let Shape::Mesh(mesh) = &owner.item.shape {
+        for lane in lanes_of(lanes) {
+            let face = mesh.faces[(expanded.lane(first + lane) - owner.body) as usize];
+            for corner in 0..3 {
+                let tangent = more.tangents.get(face[corner] as usize);
+                for (axis, x) in tangent.iter().copied().flatten().enumerate() {
+                    numbers[corner][axis][lane] = x.to_f64();
+                }
+            }
+        }
+    }
+    let mut tangents = [[L::Double::lit(s, 0.0); 4]; 3];
+    for corner in 0..3 {
+        for axis in 0..4 {
+            tangents[corner][axis] = L::Double::load(s, &numbers[corner][axis]);
+        }
+    }
+    tangents
 }

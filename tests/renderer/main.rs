@@ -23,6 +23,7 @@ mod metrics {
 mod models {
     mod files;
     mod look;
+    mod pictures;
     mod refusals;
     mod scenes;
 }

@@ -6,7 +6,7 @@ use super::json::{Accessor, Document};
 
 /// Types of the numbers of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Component {
+pub(super) enum Component {
     I8,
     U8,
     I16,
@@ -16,7 +16,8 @@ enum Component {
 }
 
 impl Component {
-    fn of(code: u32) -> Option<Self> {
+    /// The type of a code.
+    pub(super) fn of(code: u32) -> Option<Self> {
         Some(match code {
             5120 => Self::I8,
             5121 => Self::U8,
@@ -28,7 +29,8 @@ impl Component {
         })
     }
 
-    fn size(self) -> u64 {
+    /// Bytes of a number.
+    pub(super) fn size(self) -> u64 {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -51,10 +53,22 @@ impl Component {
             Self::F32 => f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
         }
     }
+
+    /// Writes a number, or the nearest that there is.
+    pub(super) fn write(self, number: f64, into: &mut Vec<u8>) {
+        match self {
+            Self::I8 => into.push(number as i8 as u8),
+            Self::U8 => into.push(number as u8),
+            Self::I16 => into.extend((number as i16).to_le_bytes()),
+            Self::U16 => into.extend((number as u16).to_le_bytes()),
+            Self::U32 => into.extend((number as u32).to_le_bytes()),
+            Self::F32 => into.extend((number as f32).to_le_bytes()),
+        }
+    }
 }
 
 /// How many numbers an element has.
-fn width(kind: &str) -> Option<usize> {
+pub(super) fn width(kind: &str) -> Option<usize> {
     Some(match kind {
         "SCALAR" => 1,
         "VEC2" => 2,
@@ -66,10 +80,9 @@ fn width(kind: &str) -> Option<usize> {
     })
 }
 
-/// Elements in a view.
+/// Elements among bytes.
 #[derive(Debug, Clone, Copy)]
 struct Run {
-    view: usize,
     offset: u64,
     stride: u64,
     count: u64,
@@ -151,7 +164,7 @@ fn check_run(
         faults.push(Fault::new(format!("{pointer}/count"), Kind::OutOfBounds, detail));
         return None;
     }
-    Some(Run { view: index, offset, stride, count })
+    Some(Run { offset, stride, count })
 }
 
 impl Buffers<'_> {
@@ -166,25 +179,24 @@ impl Buffers<'_> {
         let (component, width) = self.typed(accessor, index, widths)?;
         self.budget.take(accessor.count, size_of::<[f64; N]>())?;
         let count = accessor.count as usize;
-        let mut elements = match accessor.buffer_view {
-            Some(view) => {
-                let size = component.size() * width as u64;
-                let stride = document.views[view].byte_stride.unwrap_or(size);
-                let run = Run { view, offset: accessor.byte_offset, stride, count: accessor.count };
-                self.run(run, component, width, accessor.normalized)?
+        let size = component.size() * width as u64;
+        let mut elements = match (self.from_draco.get(&index), accessor.buffer_view) {
+            (Some(bytes), _) => {
+                let run = Run { offset: 0, stride: size, count: accessor.count };
+                let elements = run.elements(bytes, component, width, accessor.normalized);
+                elements.ok_or_else(|| ends_early(format!("/accessors/{index}")))?
             }
-            None => vec![[0.0; N]; count],
+            (None, Some(view)) => {
+                let stride = document.views[view].byte_stride.unwrap_or(size);
+                let run = Run { offset: accessor.byte_offset, stride, count: accessor.count };
+                self.run(view, run, component, width, accessor.normalized)?
+            }
+            (None, None) => vec![[0.0; N]; count],
         };
         if let Some(sparse) = &accessor.sparse {
             let places = self.sparse_places(document, accessor, index)?;
-            let size = component.size() * width as u64;
-            let run = Run {
-                view: sparse.values.buffer_view,
-                offset: sparse.values.byte_offset,
-                stride: size,
-                count: sparse.count,
-            };
-            let values = self.run::<N>(run, component, width, accessor.normalized)?;
+            let run = Run { offset: sparse.values.byte_offset, stride: size, count: sparse.count };
+            let values = self.run::<N>(sparse.values.buffer_view, run, component, width, accessor.normalized)?;
             places.into_iter().zip(values).for_each(|(place, value)| elements[place as usize] = value);
         }
         if component == Component::F32
@@ -225,9 +237,9 @@ impl Buffers<'_> {
         let component = component.ok_or_else(|| wrong("indices are unsigned".into()))?;
         let view = sparse.indices.buffer_view;
         let stride = document.views[view].byte_stride.unwrap_or(component.size());
-        let run = Run { view, offset: sparse.indices.byte_offset, stride, count: sparse.count };
+        let run = Run { offset: sparse.indices.byte_offset, stride, count: sparse.count };
         self.budget.take(sparse.count, 8)?;
-        let places = self.run::<1>(run, component, 1, false)?;
+        let places = self.run::<1>(view, run, component, 1, false)?;
         let places: Vec<u32> = places.into_iter().map(|[place]| place as u32).collect();
         if let Some(at) = places.windows(2).position(|pair| pair[0] >= pair[1]) {
             return Err(wrong(format!("the indices do not rise after the one at {at}")));
@@ -242,14 +254,32 @@ impl Buffers<'_> {
 
     fn run<const N: usize>(
         &self,
+        view: usize,
         run: Run,
         component: Component,
         width: usize,
         normalized: bool,
     ) -> Result<Vec<[f64; N]>, Fault> {
-        let bytes = self.view(run.view)?;
+        let elements = run.elements(self.view(view)?, component, width, normalized);
+        elements.ok_or_else(|| ends_early(format!("/bufferViews/{view}")))
+    }
+}
+
+fn ends_early(pointer: String) -> Fault {
+    Fault::new(pointer, Kind::OutOfBounds, "the bytes end before the elements do")
+}
+
+impl Run {
+    /// The elements, if all are there; what they have no numbers for is 0.
+    fn elements<const N: usize>(
+        self,
+        bytes: &[u8],
+        component: Component,
+        width: usize,
+        normalized: bool,
+    ) -> Option<Vec<[f64; N]>> {
         let size = component.size() as usize;
-        let (offset, stride) = (run.offset as usize, run.stride as usize);
+        let (offset, stride) = (self.offset as usize, self.stride as usize);
         let at = |i: usize| {
             let start = offset + i * stride;
             let element = bytes.get(start..start + size * width)?;
@@ -259,9 +289,6 @@ impl Buffers<'_> {
             }
             Some(numbers)
         };
-        let elements: Option<Vec<_>> = (0..run.count as usize).map(at).collect();
-        elements.ok_or_else(|| {
-            Fault::new(format!("/bufferViews/{}", run.view), Kind::OutOfBounds, "the view ends before its elements")
-        })
+        (0..self.count as usize).map(at).collect()
     }
 }

@@ -1,11 +1,13 @@
-//! Buffers and their views: bytes of the file, of parts, of data URIs, or unpacked by meshopt.
+//! Buffers and their views: bytes of the file, of parts, of data URIs, or unpacked.
 
 use super::super::budget::Budget;
 use super::super::fault::{Fault, Faults, Kind};
 use super::super::parts::{Uri, uri};
-use super::super::{Parts, meshopt, meshopt_filters};
+use super::super::{Parts, meshopt};
+use super::draco;
 use super::json::{Document, Meshopt};
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 /// All bytes of a file.
 pub(super) struct Buffers<'a> {
@@ -14,6 +16,8 @@ pub(super) struct Buffers<'a> {
     bytes: Vec<Option<Cow<'a, [u8]>>>,
     /// What compressed views hold, by their index.
     unpacked: Vec<Option<Vec<u8>>>,
+    /// Elements of accessors that come out of Draco streams, one after the other, by the index of the accessor.
+    pub(super) from_draco: HashMap<usize, Vec<u8>>,
     /// What may still be decoded.
     pub(super) budget: Budget,
     /// Whether any part was read.
@@ -24,18 +28,33 @@ impl<'a> Buffers<'a> {
     /// Reads all buffers and unpacks all views. The ranges of views have been checked.
     pub(super) fn read(document: &'a Document, bin: Option<&'a [u8]>, parts: &Parts<'_>) -> Result<Self, Faults> {
         let mut faults = Faults::default();
-        let mut buffers =
-            Self { document, bytes: Vec::new(), unpacked: Vec::new(), budget: Budget::default(), has_parts: false };
-        for index in 0..document.buffers.len() {
-            let bytes = buffers.buffer(index, bin, parts);
+        let mut buffers = Self {
+            document,
+            bytes: Vec::new(),
+            unpacked: Vec::new(),
+            from_draco: HashMap::new(),
+            budget: Budget::default(),
+            has_parts: false,
+        };
+        let mut is_read = vec![false; document.buffers.len()];
+        for view in &document.views {
+            match view.extensions.meshopt() {
+                Some((_, packed)) => is_read.get_mut(packed.buffer),
+                None => is_read.get_mut(view.buffer),
+            }
+            .into_iter()
+            .for_each(|is_read| *is_read = true);
+        }
+        for (index, is_read) in is_read.into_iter().enumerate() {
+            let bytes = buffers.buffer(index, is_read, bin, parts);
             buffers.bytes.push(faults.note(bytes).flatten());
         }
         faults.none_or_err()?;
         for (index, view) in document.views.iter().enumerate() {
             let pointer = format!("/bufferViews/{index}");
-            let unpacked = match &view.extensions.meshopt {
-                Some(packed) => {
-                    let pointer = format!("{pointer}/extensions/EXT_meshopt_compression");
+            let unpacked = match view.extensions.meshopt() {
+                Some((name, packed)) => {
+                    let pointer = format!("{pointer}/extensions/{name}");
                     faults.note(buffers.unpack(packed, view.byte_length).map_err(|fault| fault.under(&pointer)))
                 }
                 None => None,
@@ -43,12 +62,15 @@ impl<'a> Buffers<'a> {
             buffers.unpacked.push(unpacked);
         }
         faults.none_or_err()?;
+        buffers.from_draco = draco::unpack(document, &buffers, &mut faults);
+        faults.none_or_err()?;
         Ok(buffers)
     }
 
     fn buffer(
         &mut self,
         index: usize,
+        is_read: bool,
         bin: Option<&'a [u8]>,
         parts: &Parts<'_>,
     ) -> Result<Option<Cow<'a, [u8]>>, Fault> {
@@ -61,7 +83,9 @@ impl<'a> Buffers<'a> {
                 self.budget.take(bytes.len() as u64, 1)?;
                 bytes.into()
             }
+            // Only there for readers that do not unpack views.
             None if buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback) => return Ok(None),
+            None if index > 0 && !is_read => return Ok(None),
             None => match bin.filter(|_| index == 0) {
                 Some(bin) => bin.into(),
                 None => {
@@ -109,9 +133,10 @@ impl<'a> Buffers<'a> {
         let mut unpacked = unpacked.map_err(|why| invalid(why.to_owned()))?;
         let filtered = match packed.filter.as_str() {
             "NONE" => Ok(()),
-            "OCTAHEDRAL" => meshopt_filters::octahedral(&mut unpacked, stride),
-            "QUATERNION" => meshopt_filters::quaternion(&mut unpacked, stride),
-            "EXPONENTIAL" => meshopt_filters::exponential(&mut unpacked, stride),
+            "OCTAHEDRAL" => meshopt::octahedral(&mut unpacked, stride),
+            "QUATERNION" => meshopt::quaternion(&mut unpacked, stride),
+            "EXPONENTIAL" => meshopt::exponential(&mut unpacked, stride),
+            "COLOR" => meshopt::color(&mut unpacked, stride),
             other => {
                 let detail = format!("the filter {other:?} is not read");
                 return Err(Fault::new("", Kind::Unsupported, detail));

@@ -176,6 +176,10 @@ impl References<'_> {
         if let Some(material) = primitive.material {
             self.one(format!("{pointer}/material"), material, document.materials.len(), "material");
         }
+        if let Some(draco) = &primitive.extensions.draco {
+            let pointer = format!("{pointer}/extensions/KHR_draco_mesh_compression/bufferView");
+            self.one(pointer, draco.buffer_view, document.views.len(), "bufferView");
+        }
         if primitive.mode > 6 {
             let detail = format!("the mode {} is none of 0 to 6", primitive.mode);
             self.faults.push(Fault::new(format!("{pointer}/mode"), Kind::OutOfRange, detail));

@@ -4,10 +4,11 @@ use super::super::fault::{Fault, Faults, Kind, Subject, Warning, warn};
 use super::json::Document;
 
 /// Read completely, or without any meaning for a picture.
-const READ: [&str; 24] = [
+const READ: [&str; 26] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_dispersion",
@@ -22,6 +23,7 @@ const READ: [&str; 24] = [
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp",
     "KHR_xmp_json_ld",
@@ -48,10 +50,6 @@ pub(super) fn check(document: &Document, strict: bool) -> Result<(), Faults> {
         let shown: String = name.chars().take(60).collect();
         let detail = match name.as_str() {
             name if READ.contains(&name) => continue,
-            "KHR_draco_mesh_compression" => {
-                "Draco compression is not read yet: compress with meshopt (gltfpack -cc), or not at all".to_owned()
-            }
-            "KHR_texture_basisu" => "KTX2 textures are not read yet: use PNG, JPEG or WebP".to_owned(),
             name => match LOOK.iter().find(|(known, ..)| *known == name) {
                 Some(_) if !strict => continue,
                 Some((_, _, missing)) => {

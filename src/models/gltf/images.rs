@@ -2,6 +2,7 @@
 
 use super::super::Parts;
 use super::super::fault::{Fault, Faults, Kind};
+use super::super::ktx2::{self, Ktx2};
 use super::super::model::Picture;
 use super::buffers::{Buffers, fetch};
 use super::json::Document;
@@ -26,9 +27,8 @@ pub(super) fn read(
     };
     buffers.budget.take(bytes.len() as u64, 1)?;
     if media_type(&bytes).is_none() {
-        let what =
-            if bytes.starts_with(b"\xabKTX 20\xbb") { "KTX2, which is not read yet" } else { "of no known format" };
-        return Err(Fault::new(pointer, Kind::Unsupported, format!("the picture is {what}: use PNG, JPEG or WebP")));
+        let detail = "the picture is of no known format: use PNG, JPEG, WebP or KTX 2.0";
+        return Err(Fault::new(pointer, Kind::Unsupported, detail));
     }
     Ok((Picture { bytes, pointer }, is_part))
 }
@@ -41,6 +41,8 @@ pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
         Some("image/jpeg")
     } else if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
         Some("image/webp")
+    } else if bytes.starts_with(ktx2::MAGIC) {
+        Some("image/ktx2")
     } else {
         None
     }
@@ -50,10 +52,18 @@ pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
 pub(super) fn check_all(document: &Document, buffers: &Buffers<'_>, parts: &Parts<'_>, faults: &mut Faults) {
     for index in 0..document.images.len() {
         let Some((picture, _)) = faults.note(read(document, buffers, parts, index)) else { continue };
-        let size = ImageReader::new(Cursor::new(&picture.bytes)).with_guessed_format().map_err(Into::into);
-        if let Err(error) = size.and_then(ImageReader::into_dimensions) {
-            let detail = format!("the picture cannot be decoded: {error}");
-            faults.push(Fault::new(picture.pointer, Kind::Degenerate, detail));
+        if let Err(why) = check(&picture.bytes) {
+            faults.push(Fault::new(picture.pointer, Kind::Degenerate, why));
         }
     }
+}
+
+/// Reads how large a picture is.
+fn check(bytes: &[u8]) -> Result<(), String> {
+    if bytes.starts_with(ktx2::MAGIC) {
+        return Ktx2::read(bytes).map(drop).map_err(|why| format!("the picture {why}"));
+    }
+    let size = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(Into::into);
+    let size = size.and_then(ImageReader::into_dimensions);
+    size.map(drop).map_err(|error| format!("the picture cannot be decoded: {error}"))
 }

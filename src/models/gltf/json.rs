@@ -1,73 +1,7 @@
 //! The JSON of a glTF 2.0 file as serde reads it. Keys that are not listed are ignored, as the specification asks.
-//!
-//! The elements of the lists are read one by one, so that each that is wrong is reported.
 
-use super::super::fault::{Fault, Faults, Kind, Place};
 use serde::Deserialize;
-use serde_json::value::RawValue;
 use std::collections::BTreeMap;
-
-/// Most elements of a list.
-const ELEMENTS: usize = 1 << 20;
-
-/// A file, with its lists unread.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Lists<'a> {
-    #[serde(borrow)]
-    asset: Option<&'a RawValue>,
-    scene: Option<usize>,
-    #[serde(default)]
-    extensions_required: Vec<String>,
-    #[serde(default, borrow)]
-    scenes: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    nodes: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    meshes: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    accessors: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    buffer_views: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    buffers: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    materials: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    textures: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    images: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    samplers: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    cameras: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    skins: Vec<&'a RawValue>,
-    #[serde(default, borrow)]
-    animations: Vec<&'a RawValue>,
-    #[serde(default)]
-    extensions: RootExtensions<'a>,
-}
-
-#[derive(Deserialize, Default)]
-struct RootExtensions<'a> {
-    #[serde(rename = "KHR_lights_punctual", borrow)]
-    lights: Option<LightList<'a>>,
-    #[serde(rename = "KHR_materials_variants", borrow)]
-    variants: Option<VariantList<'a>>,
-}
-
-#[derive(Deserialize)]
-struct LightList<'a> {
-    #[serde(default, borrow)]
-    lights: Vec<&'a RawValue>,
-}
-
-#[derive(Deserialize)]
-struct VariantList<'a> {
-    #[serde(default, borrow)]
-    variants: Vec<&'a RawValue>,
-}
 
 /// A file.
 #[derive(Debug, Default)]
@@ -89,11 +23,6 @@ pub(super) struct Document {
     pub(super) animations: Vec<Animation>,
     pub(super) lights: Vec<Light>,
     pub(super) variants: Vec<Variant>,
-}
-
-#[derive(Debug, Deserialize)]
-struct Asset {
-    version: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -171,6 +100,8 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Mappings>,
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<Draco>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -184,100 +115,6 @@ pub(super) struct Mapping {
     pub(super) material: usize,
     #[serde(default)]
     pub(super) variants: Vec<usize>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Accessor {
-    pub(super) buffer_view: Option<usize>,
-    #[serde(default)]
-    pub(super) byte_offset: u64,
-    pub(super) component_type: u32,
-    #[serde(default)]
-    pub(super) normalized: bool,
-    pub(super) count: u64,
-    #[serde(rename = "type")]
-    pub(super) kind: String,
-    pub(super) sparse: Option<Sparse>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Sparse {
-    pub(super) count: u64,
-    pub(super) indices: SparseIndices,
-    pub(super) values: SparseValues,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct SparseIndices {
-    pub(super) buffer_view: usize,
-    #[serde(default)]
-    pub(super) byte_offset: u64,
-    pub(super) component_type: u32,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct SparseValues {
-    pub(super) buffer_view: usize,
-    #[serde(default)]
-    pub(super) byte_offset: u64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct BufferView {
-    pub(super) buffer: usize,
-    #[serde(default)]
-    pub(super) byte_offset: u64,
-    pub(super) byte_length: u64,
-    pub(super) byte_stride: Option<u64>,
-    #[serde(default)]
-    pub(super) extensions: ViewExtensions,
-}
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct ViewExtensions {
-    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
-    pub(super) meshopt: Option<Meshopt>,
-}
-
-/// A view whose bytes are compressed.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Meshopt {
-    pub(super) buffer: usize,
-    #[serde(default)]
-    pub(super) byte_offset: u64,
-    pub(super) byte_length: u64,
-    pub(super) byte_stride: u64,
-    pub(super) count: u64,
-    pub(super) mode: String,
-    #[serde(default = "no_filter")]
-    pub(super) filter: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Buffer {
-    pub(super) uri: Option<String>,
-    pub(super) byte_length: u64,
-    #[serde(default)]
-    pub(super) extensions: BufferExtensions,
-}
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct BufferExtensions {
-    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
-    pub(super) meshopt: Option<Fallback>,
-}
-
-/// A buffer that is only there for readers without the extension.
-#[derive(Debug, Deserialize)]
-pub(super) struct Fallback {
-    #[serde(default)]
-    pub(super) fallback: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -397,6 +234,7 @@ pub(super) struct Variant {
     pub(super) name: Option<String>,
 }
 
+pub(super) use super::json_data::{Accessor, Buffer, BufferView, Draco, Meshopt};
 pub(super) use super::json_materials::Material;
 
 fn yes() -> bool {
@@ -411,10 +249,6 @@ fn repeat() -> u32 {
     10_497
 }
 
-fn no_filter() -> String {
-    "NONE".into()
-}
-
 fn linear() -> String {
     "LINEAR".into()
 }
@@ -425,122 +259,4 @@ fn one() -> f64 {
 
 fn white() -> [f64; 3] {
     [1.0; 3]
-}
-
-/// Reads the JSON; all elements that are wrong are reported.
-pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
-    let lists: Lists<'_> = serde_json::from_slice(text).map_err(|error| {
-        if !error.is_data() {
-            let detail = format!("this is not JSON: {error}");
-            return Faults::one(Fault::new("", Kind::Invalid, detail).at(Place::Json(offset(text, &error))));
-        }
-        Faults::one(fault(text, 0, text, String::new(), &error))
-    })?;
-    let mut faults = Faults::default();
-    check_version(text, lists.asset, &mut faults);
-    let mut elements = Elements { text, faults: &mut faults };
-    let extensions = lists.extensions;
-    let document = Document {
-        scene: lists.scene,
-        extensions_required: lists.extensions_required,
-        scenes: elements.of("/scenes", lists.scenes),
-        nodes: elements.of("/nodes", lists.nodes),
-        meshes: elements.of("/meshes", lists.meshes),
-        accessors: elements.of("/accessors", lists.accessors),
-        views: elements.of("/bufferViews", lists.buffer_views),
-        buffers: elements.of("/buffers", lists.buffers),
-        materials: elements.of("/materials", lists.materials),
-        textures: elements.of("/textures", lists.textures),
-        images: elements.of("/images", lists.images),
-        samplers: elements.of("/samplers", lists.samplers),
-        cameras: elements.of("/cameras", lists.cameras),
-        skins: elements.of("/skins", lists.skins),
-        animations: elements.of("/animations", lists.animations),
-        lights: elements
-            .of("/extensions/KHR_lights_punctual/lights", extensions.lights.map_or_else(Vec::new, |list| list.lights)),
-        variants: elements.of(
-            "/extensions/KHR_materials_variants/variants",
-            extensions.variants.map_or_else(Vec::new, |list| list.variants),
-        ),
-    };
-    faults.none_or_err()?;
-    Ok(document)
-}
-
-fn check_version(text: &[u8], asset: Option<&RawValue>, faults: &mut Faults) {
-    let Some(asset) = asset else {
-        let detail = "\"asset\" with its \"version\" is missing: this is no glTF 2.0";
-        faults.push(Fault::new("/asset", Kind::MissingKey, detail));
-        return;
-    };
-    match serde_json::from_str::<Asset>(asset.get()) {
-        Ok(asset) if asset.version.starts_with("2.") => {}
-        Ok(asset) => {
-            let shown: String = asset.version.chars().take(20).collect();
-            let detail = format!("this is glTF {shown:?}, and glTF 2.0 is read: convert it");
-            faults.push(Fault::new("/asset/version", Kind::Unsupported, detail));
-        }
-        Err(error) => {
-            let start = start_of(text, asset);
-            faults.push(fault(asset.get().as_bytes(), start, text, "/asset".into(), &error));
-        }
-    }
-}
-
-/// Reads elements of lists.
-struct Elements<'a> {
-    text: &'a [u8],
-    faults: &'a mut Faults,
-}
-
-impl Elements<'_> {
-    fn of<T: for<'de> Deserialize<'de>>(&mut self, list: &str, elements: Vec<&RawValue>) -> Vec<T> {
-        if elements.len() > ELEMENTS {
-            let detail = format!("{} elements are over the limit of {ELEMENTS} (gltf_elements)", elements.len());
-            self.faults.push(Fault::new(list, Kind::Limit, detail));
-            return Vec::new();
-        }
-        let mut read = Vec::with_capacity(elements.len());
-        for (i, element) in elements.into_iter().enumerate() {
-            match serde_json::from_str(element.get()) {
-                Ok(element) => read.push(element),
-                Err(error) => {
-                    let start = start_of(self.text, element);
-                    let pointer = format!("{list}/{i}");
-                    if !self.faults.push(fault(element.get().as_bytes(), start, self.text, pointer, &error)) {
-                        break;
-                    }
-                }
-            }
-        }
-        read
-    }
-}
-
-/// Where a part of a text begins.
-fn start_of(text: &[u8], part: &RawValue) -> usize {
-    part.get().as_ptr() as usize - text.as_ptr() as usize
-}
-
-/// The fault that serde found in a part of a text, which begins at `start`.
-fn fault(part: &[u8], start: usize, text: &[u8], pointer: String, error: &serde_json::Error) -> Fault {
-    let words = error.to_string();
-    let words = words.split(" at line ").next().unwrap_or_default();
-    let kind = match words {
-        words if words.starts_with("missing field") => Kind::MissingKey,
-        words if words.contains("out of range") => Kind::OutOfRange,
-        _ => Kind::WrongType,
-    };
-    // A key that is missing belongs to the object that ends there.
-    let at = (start + offset(part, error)).min(text.len().saturating_sub(1));
-    Fault::new(pointer, kind, words.to_owned()).at(Place::Json(at))
-}
-
-/// The offset of the last byte that serde has read.
-fn offset(text: &[u8], error: &serde_json::Error) -> usize {
-    let mut start = 0;
-    for _ in 1..error.line() {
-        start += text[start..].iter().position(|byte| *byte == b'\n').map_or(text.len() - start, |at| at + 1);
-    }
-    (start + error.column().saturating_sub(1)).min(text.len())
 }

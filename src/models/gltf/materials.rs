@@ -114,12 +114,10 @@ impl Materials<'_> {
         let Some(info) = info else { return Ok(None) };
         let pointer = format!("/textures/{}", info.index);
         let texture = &self.document.textures[info.index];
-        let webp = || texture.extensions.webp.as_ref().and_then(|it| it.source);
-        let Some(picture) = texture.source.or_else(webp) else {
-            if texture.extensions.basisu.is_some() {
-                let detail = "KTX2 textures are not read yet: use PNG, JPEG or WebP, or give a \"source\" for others";
-                return Err(Fault::new(pointer, Kind::Unsupported, detail));
-            }
+        // What other readers show is less compressed.
+        let others = [&texture.extensions.webp, &texture.extensions.basisu];
+        let other = others.into_iter().flatten().find_map(|it| it.source);
+        let Some(picture) = texture.source.or(other) else {
             warn(self.warnings, Subject::Skipped, "textures", pointer, "a texture without a picture is left out");
             return Ok(None);
         };

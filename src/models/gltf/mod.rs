@@ -4,15 +4,20 @@ mod accessors;
 mod animation;
 mod buffers;
 mod check;
+mod draco;
 mod extensions;
 pub(crate) mod glb;
-pub(crate) mod images;
+mod images;
 mod json;
+mod json_data;
 mod json_materials;
+mod json_read;
 mod materials;
 mod meshes;
 mod nodes;
 mod skins;
+
+pub(crate) use images::media_type;
 
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
@@ -33,7 +38,7 @@ pub fn json_of(bytes: &[u8]) -> &[u8] {
 /// Reads a file.
 pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Model, Faults> {
     let chunks = glb::chunks(bytes)?;
-    let document = json::read(chunks.json)?;
+    let document = json_read::read(chunks.json)?;
     extensions::check(&document, choice.strict)?;
     check::check(&document)?;
     let buffers = Buffers::read(&document, chunks.bin, parts)?;

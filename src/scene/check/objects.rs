@@ -306,6 +306,10 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
         let pairs = format!("one pair for each of the {count} vertices");
         numbers(findings, at.key(key), uvs, count, &pairs, (-max, max, &format!("between -{max:e} and {max:e}")));
     }
+    if let Some(tangents) = &mesh.tangents {
+        let of_each = format!("one tangent for each of the {count} vertices");
+        numbers(findings, at.key("tangents"), tangents, count, &of_each, (-1.0, 1.0, "between -1 and 1"));
+    }
     if let Some(colors) = &mesh.colors {
         let of_each = format!("one colour for each of the {count} vertices");
         numbers(findings, at.key("colors"), colors, count, &of_each, (0.0, 1.0, "between 0 and 1"));

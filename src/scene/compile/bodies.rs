@@ -37,6 +37,7 @@ pub(super) struct Kept {
     uvs: bool,
     uvs1: bool,
     colors: bool,
+    tangents: bool,
 }
 
 impl Kept {
@@ -44,7 +45,13 @@ impl Kept {
     pub(super) fn of(object: &Object, material: Option<&d::Material>) -> Self {
         let (Object::Mesh(mesh), Some(material)) = (object, material) else { return Self::default() };
         let [uvs, uvs1] = material.uv_sets();
-        Self { uvs, uvs1, colors: mesh.colors.is_some() && material.pbr.is_some() }
+        // Pictures that are turned or mirrored have other tangents.
+        let as_it_is = |normal: &d::Textured<f64>| {
+            normal.transform.rotate_deg == 0.0 && normal.transform.scale.iter().all(|scale| *scale > 0.0)
+        };
+        let normal = material.pbr.as_ref().and_then(|pbr| pbr.normal.as_deref());
+        let tangents = mesh.tangents.is_some() && normal.is_some_and(as_it_is);
+        Self { uvs, uvs1, colors: mesh.colors.is_some() && material.pbr.is_some(), tangents }
     }
 
     /// What a mesh has kept.
@@ -54,6 +61,7 @@ impl Kept {
             uvs: !mesh.uvs.is_empty(),
             uvs1: more.is_some_and(|more| !more.uvs.is_empty()),
             colors: more.is_some_and(|more| !more.colors.is_empty()),
+            tangents: more.is_some_and(|more| !more.tangents.is_empty()),
         }
     }
 }
@@ -87,10 +95,12 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
         }
         Object::Mesh(o) => {
             let mut mesh = mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| kept.uvs));
-            if kept.uvs1 || kept.colors {
+            if kept.uvs1 || kept.colors || kept.tangents {
                 let uvs = o.uvs1.iter().filter(|_| kept.uvs1).flatten().map(|uv| uv.map(R::from_f64)).collect();
                 let colors = o.colors.iter().filter(|_| kept.colors).flatten().map(|c| c.map(R::from_f64)).collect();
-                mesh.attributes = Some(Box::new(Attributes { uvs, colors }));
+                let tangents = o.tangents.iter().filter(|_| kept.tangents).flatten();
+                let tangents = tangents.map(|tangent| tangent.map(R::from_f64)).collect();
+                mesh.attributes = Some(Box::new(Attributes { uvs, colors, tangents }));
             }
             (Shape::Mesh(mesh.into()), o.look())
         }

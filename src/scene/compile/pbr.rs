@@ -6,7 +6,7 @@ use super::textures::wrap;
 use crate::film::ToneMapping;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
-use crate::scene::description::{self as d, AlphaMode, Color, Factor, TexelChannel, Textured, UvTransform};
+use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Factor, TexelChannel, Textured, UvTransform};
 use crate::scene::pictures::{Meaning, Pictures, number_of};
 use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
@@ -14,6 +14,7 @@ use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::image::ImageTexture;
+use crate::shading::texture::mipmap::Sampler;
 use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
@@ -100,7 +101,7 @@ fn absorption<R: Real>(d::Attenuation { color, distance }: d::Attenuation) -> [R
 }
 
 /// A picture and how it is laid on a surface.
-type Laid = (String, Meaning, u32, UvTransform, d::Wraps);
+type Laid = (String, Meaning, u32, UvTransform, d::Wraps, Enlarged);
 
 /// The pictures of a material, each once.
 struct Album<'a, 'p> {
@@ -114,13 +115,13 @@ impl Album<'_, '_> {
         ImageTexture {
             mipmap,
             mapping: mapping(textured.uv, &textured.transform),
-            wrap: textured.wrap.each().map(wrap),
+            sampler: Sampler { wrap: textured.wrap.each().map(wrap), nearest: textured.enlarged == Enlarged::Nearest },
         }
     }
 
     /// The index of a picture, which is kept.
     fn index<T: Factor>(&mut self, textured: &Textured<T>, meaning: Meaning) -> usize {
-        let key = (textured.image.clone(), meaning, textured.uv, textured.transform, textured.wrap);
+        let key = (textured.image.clone(), meaning, textured.uv, textured.transform, textured.wrap, textured.enlarged);
         if let Some(known) = self.kept.iter().position(|(known, _)| *known == key) {
             return known;
         }

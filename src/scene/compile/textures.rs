@@ -99,7 +99,7 @@ fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> Image
     let each = wrap(image.wrap);
     // Longitude repeats, and latitude ends at the poles.
     let wrap = if matches!(mapping, UvMapping::Spherical { .. }) { [Wrap::Repeat, Wrap::Clamp] } else { [each; 2] };
-    ImageTexture { mipmap, mapping, wrap }
+    ImageTexture { mipmap, mapping, sampler: wrap.into() }
 }
 
 pub(super) fn wrap(wrap: d::Wrap) -> Wrap {

@@ -52,8 +52,8 @@ pub struct Textured<T: Factor> {
     /// Factor on the texels. Default 1.
     #[serde(default = "T::one")]
     pub factor: T,
-    /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours
-    /// are sRGB, all else is linear.
+    /// PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where
+    /// files may be read. Colours are sRGB, all else is linear.
     pub image: String,
     /// The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -68,6 +68,20 @@ pub struct Textured<T: Factor> {
     /// The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub wrap: Wraps,
+    /// What its pixels look like from near. Default `"smooth"`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub enlarged: Enlarged,
+}
+
+/// What pixels of a picture look like where they are larger than those of the rendered one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Enlarged {
+    /// One color goes over into the next.
+    #[default]
+    Smooth,
+    /// Squares of one color.
+    Nearest,
 }
 
 /// A channel of a picture.

@@ -18,7 +18,7 @@ mod texture;
 mod written;
 
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
-pub use channel::{Channel, Factor, TexelChannel, Textured, UvTransform, Wraps};
+pub use channel::{Channel, Enlarged, Factor, TexelChannel, Textured, UvTransform, Wraps};
 pub use color::Color;
 pub use diffuse::Diffuse;
 pub use film::{Film, FilmBackground};

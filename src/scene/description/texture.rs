@@ -55,7 +55,8 @@ pub struct Grain {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImageMap {
-    /// PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read.
+    /// PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where
+    /// files may be read.
     /// Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not.
     pub source: String,
     /// Mapping of the picture to the surface. Default `"uv"`.
@@ -163,7 +164,7 @@ pub struct NormalMap {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
-    /// Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file
+    /// Equirectangular PNG, JPEG or WebP, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file
     /// beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub image: Option<String>,

@@ -51,18 +51,21 @@ fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> M
             uvs
         })
     };
-    let Geometry { positions, triangles, normals, uvs: [uvs, uvs1], colors, .. } = geometry;
-    let colors = colors.map(|mut colors| {
-        colors.iter_mut().flatten().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
-        colors
-    });
+    let within = |list: Option<Vec<[f64; 4]>>, least: f64| {
+        list.map(|mut list| {
+            list.iter_mut().flatten().for_each(|number| *number = number.clamp(least, 1.0));
+            list
+        })
+    };
+    let Geometry { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
     Mesh {
         vertices: positions,
         faces: triangles,
         normals,
         uvs: flipped(uvs),
         uvs1: flipped(uvs1),
-        colors,
+        tangents: within(tangents, -1.0),
+        colors: within(colors, 0.0),
         material,
         name,
         hollow: false,

@@ -1,9 +1,10 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
 use super::bodies::shortened;
+use crate::models::gltf::media_type;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
-use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::limits::MAGNITUDE;
 use crate::scene::named::Named;
 use data_encoding::BASE64;
@@ -55,11 +56,7 @@ pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
 
 /// A picture inside of the scene, so that the scene is whole, and its id says what is in it.
 fn source(picture: &Picture) -> String {
-    let media_type = match picture.bytes.as_slice() {
-        [0xff, ..] => "image/jpeg",
-        [b'R', ..] => "image/webp",
-        _ => "image/png",
-    };
+    let media_type = media_type(&picture.bytes).unwrap_or("image/png");
     format!("data:{media_type};base64,{}", BASE64.encode(&picture.bytes))
 }
 
@@ -137,7 +134,9 @@ fn textured<T: d::Factor>(
         Wrap::Mirror => d::Wrap::Mirror,
     });
     let wrap = if wrap[0] == wrap[1] { Wraps::Both(wrap[0]) } else { Wraps::Each(wrap) };
-    Textured { factor, image: sources[texture.picture].clone(), channel, uv: texture.uv as u32, transform, wrap }
+    let enlarged = if texture.nearest { Enlarged::Nearest } else { Enlarged::Smooth };
+    let image = sources[texture.picture].clone();
+    Textured { factor, image, channel, uv: texture.uv as u32, transform, wrap, enlarged }
 }
 
 /// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets.
@@ -170,10 +169,6 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
     if any(|material| material.clearcoat.is_some_and(|coat| coat.normal.is_some())) {
         let detail = "a clear coat follows the normals of the surface, not its own normal map";
         warnings.push(warning(Subject::Approximated, "clearcoat-normal", detail));
-    }
-    if any(|material| material.textures().any(|texture| texture.nearest)) {
-        let detail = "enlarged pixels of pictures are filtered, not shown as squares";
-        warnings.push(warning(Subject::Approximated, "nearest", detail));
     }
     let brightest = |material: &ModelMaterial| material.emissive.factor.iter().copied().fold(0.0, f64::max);
     if any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0)) {

@@ -78,7 +78,7 @@ impl ImageTexture {
         let mut heights = [zero; 4];
         for (height, [u, v]) in heights.iter_mut().zip([[across, zero], [-across, zero], [zero, up], [zero, -up]]) {
             let uv = [coord.uv[0] + u, coord.uv[1] + v];
-            *height = self.mipmap.at(s, uv, level, self.wrap, lookup.lanes).x;
+            *height = self.mipmap.at(s, uv, level, self.sampler, lookup.lanes).x;
         }
         let by_u = (heights[0] - heights[1]) / (two * across);
         let by_v = (heights[2] - heights[3]) / (two * up);
@@ -86,7 +86,7 @@ impl ImageTexture {
     }
 
     /// The slopes -x/z and -y/z of a normal map along the unit vectors of its tangent frame: the direction in which only
-    /// u grows, and the one across it, on the side where v grows.
+    /// u grows, and the one across it, on the side where v grows. A mesh may say what they are (glTF 2.0, section 3.7.2.1).
     fn normal_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
         W::vectorize(
             s,
@@ -98,13 +98,23 @@ impl ImageTexture {
     #[inline(always)]
     fn normal_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
         let coord = self.coord(s, lookup);
-        let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.wrap, lookup.lanes);
-        let [of_u, of_v] = coord.gradients;
-        let turn = normal.dot(of_u.cross(of_v));
+        let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.sampler, lookup.lanes);
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
-        let sign = W::select(turn.lt(zero), -one, one);
         let none = V3 { x: zero, y: zero, z: zero };
-        let tangent = (of_v.cross(normal) * sign).unit_or(s, none);
+        let told = match &lookup.face {
+            Some(face) => face.tangents(s, lookup.point),
+            None => None,
+        };
+        let (tangent, turn) = match told {
+            Some((tangent, hand)) => (tangent - normal * normal.dot(tangent), hand),
+            None => {
+                let [of_u, of_v] = coord.gradients;
+                let turn = normal.dot(of_u.cross(of_v));
+                (of_v.cross(normal) * W::select(turn.lt(zero), -one, one), turn)
+            }
+        };
+        let sign = W::select(turn.lt(zero), -one, one);
+        let tangent = tangent.unit_or(s, none);
         let bitangent = normal.cross(tangent) * sign;
         let z = z.max(W::lit(s, STEEPEST));
         let (x, y) = (x * W::lit(s, strength), y * W::lit(s, strength));

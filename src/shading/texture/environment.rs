@@ -28,7 +28,7 @@ impl Environment {
         let latitude = angles(s, dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt(), lanes) / lit(PI);
         let level = self.mipmap.levels(s, spread / lit(PI) * lit(self.mipmap.size()[1]), lanes);
         let uv = [lit(0.5) + longitude, lit(0.5) + latitude];
-        self.mipmap.at(s, uv, level, [Wrap::Repeat, Wrap::Clamp], lanes) * lit(self.intensity)
+        self.mipmap.at(s, uv, level, [Wrap::Repeat, Wrap::Clamp].into(), lanes) * lit(self.intensity)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pictures on surfaces, and their lookup for rays.
 
-use super::mipmap::{Mipmap, Wrap};
+use super::mipmap::{Mipmap, Sampler};
 use super::uv::{Face, TexCoord, UvMapping};
 use crate::lanes::{Double, V3};
 use std::sync::Arc;
@@ -12,8 +12,8 @@ pub struct ImageTexture {
     pub mipmap: Arc<Mipmap>,
     /// How it is laid on the surface.
     pub mapping: UvMapping,
-    /// What lies beyond its edges, across and along.
-    pub wrap: [Wrap; 2],
+    /// How it is looked up.
+    pub sampler: Sampler,
 }
 
 /// The points of a surface that rays hit, and their footprints there.
@@ -51,7 +51,7 @@ impl ImageTexture {
             #[inline(always)]
             || {
                 let coord = self.coord(s, lookup);
-                self.mipmap.average(s, coord.uv, coord.axes(lookup), self.wrap, lookup.lanes)
+                self.mipmap.average(s, coord.uv, coord.axes(lookup), self.sampler, lookup.lanes)
             },
         )
     }

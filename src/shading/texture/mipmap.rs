@@ -3,6 +3,9 @@
 //!
 //! Levels and footprints are computed for all lanes at once. Texels are fetched lane by lane, with the channels side by side,
 //! since lanes need others.
+//!
+//! Pictures of 8 bits are kept as their codes, with a table of what they stand for, and their copies of half the size are
+//! worked out where they are looked at: 4 bytes for a texel with all levels in place of 16, and the same numbers to the bit.
 
 use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of};
 use crate::math;
@@ -18,7 +21,17 @@ pub struct Mipmap {
 struct Level {
     width: usize,
     height: usize,
-    texels: Vec<[f32; 3]>,
+    texels: Texels,
+}
+
+/// What is kept of a level.
+#[derive(Debug)]
+enum Texels {
+    Numbers(Vec<[f32; 3]>),
+    /// Three codes for each texel, and what they stand for.
+    Codes(Vec<u8>, Box<[f32; 256]>),
+    /// Nothing: texels are means of two by two of the level before.
+    Halves,
 }
 
 /// What lies beyond the edges of a picture.
@@ -32,22 +45,65 @@ pub enum Wrap {
     Mirror,
 }
 
+/// How a picture is looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sampler {
+    /// What lies beyond its edges, across and along.
+    pub wrap: [Wrap; 2],
+    /// Whether enlarged texels are squares. Otherwise there is a smooth way from one to the next.
+    pub nearest: bool,
+}
+
+impl From<[Wrap; 2]> for Sampler {
+    fn from(wrap: [Wrap; 2]) -> Self {
+        Self { wrap, nearest: false }
+    }
+}
+
 /// Most samples along a footprint; longer footprints are blurred.
 const MOST_LOOKS: f64 = 16.0;
 
 impl Mipmap {
     /// The mipmap over `width * height` texels, at least one, row by row from the top.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Self {
-        let mut levels = vec![Level { width: width as usize, height: height as usize, texels }];
-        while let Some(next) = levels.last().and_then(Level::halved) {
-            levels.push(next);
+        Self::over(width, height, Texels::Numbers(texels))
+    }
+
+    /// The same over codes, three for each texel, and what each of them stands for.
+    pub fn of_codes(width: u32, height: u32, codes: Vec<u8>, values: [f32; 256]) -> Self {
+        Self::over(width, height, Texels::Codes(codes, Box::new(values)))
+    }
+
+    fn over(width: u32, height: u32, texels: Texels) -> Self {
+        let mut mipmap = Self { levels: vec![Level { width: width as usize, height: height as usize, texels }] };
+        while let Some(next) = mipmap.halved() {
+            mipmap.levels.push(next);
         }
-        Self { levels }
+        mipmap
     }
 
     /// Bytes of memory it takes.
     pub fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()
+        let of = |level: &Level| match &level.texels {
+            Texels::Numbers(texels) => size_of_val(&texels[..]),
+            Texels::Codes(codes, values) => codes.len() + size_of_val(&values[..]),
+            Texels::Halves => 0,
+        };
+        self.levels.iter().map(of).sum()
+    }
+
+    /// Bytes that one takes, as codes or as numbers.
+    pub fn bytes_for(width: u32, height: u32, is_coded: bool) -> u64 {
+        let (mut width, mut height) = (u64::from(width), u64::from(height));
+        let (mut bytes, mut is_coded) =
+            (if is_coded { 3 * width * height + 1_024 } else { 12 * width * height }, is_coded);
+        while width * height > 1 {
+            let is_kept = !(is_coded && width % 2 == 0 && height % 2 == 0);
+            (width, height) = ((width / 2).max(1), (height / 2).max(1));
+            bytes += if is_kept { 12 * width * height } else { 0 };
+            is_coded = false;
+        }
+        bytes
     }
 
     /// Texels across and down.
@@ -57,25 +113,110 @@ impl Mipmap {
 
     /// Its texel, if all are the same.
     pub fn uniform(&self) -> Option<[f64; 3]> {
-        let texels = &self.levels[0].texels;
-        texels.iter().all(|texel| *texel == texels[0]).then(|| texels[0].map(f64::from))
+        let first = self.texel(0, 0, 0);
+        self.texels().all(|texel| texel == first).then(|| first.map(f64::from))
     }
 
     /// The largest of each channel over all texels.
     pub fn brightest(&self) -> [f64; 3] {
-        let most = |most: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| most[c].max(texel[c]));
-        self.levels[0].texels.iter().fold([0.0; 3], most).map(f64::from)
+        let most = |most: [f32; 3], texel: [f32; 3]| std::array::from_fn(|c| most[c].max(texel[c]));
+        self.texels().fold([0.0; 3], most).map(f64::from)
     }
 
     /// The smallest of each channel over all texels.
     pub fn darkest(&self) -> [f64; 3] {
-        let least = |least: [f32; 3], texel: &[f32; 3]| std::array::from_fn(|c| least[c].min(texel[c]));
-        self.levels[0].texels.iter().fold([f32::INFINITY; 3], least).map(f64::from)
+        let least = |least: [f32; 3], texel: [f32; 3]| std::array::from_fn(|c| least[c].min(texel[c]));
+        self.texels().fold([f32::INFINITY; 3], least).map(f64::from)
     }
 
     /// The mean of all texels.
     pub fn mean(&self) -> [f64; 3] {
-        self.levels[self.levels.len() - 1].texels[0].map(f64::from)
+        self.texel(self.levels.len() - 1, 0, 0).map(f64::from)
+    }
+
+    fn texels(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        let Level { width, height, .. } = self.levels[0];
+        (0..height).flat_map(move |y| (0..width).map(move |x| self.texel(0, x, y)))
+    }
+
+    /// A texel of a level.
+    fn texel(&self, level: usize, x: usize, y: usize) -> [f32; 3] {
+        match &self.levels[level].texels {
+            Texels::Halves => self.half(level, x, y),
+            _ => self.levels[level].kept(x, y),
+        }
+    }
+
+    /// The texels of a level in two columns and two rows, row by row.
+    #[inline(always)]
+    fn four(&self, level: usize, [left, right]: [usize; 2], [upper, lower]: [usize; 2]) -> [[f32; 3]; 4] {
+        let places = [(left, upper), (right, upper), (left, lower), (right, lower)];
+        let Level { width, texels, .. } = &self.levels[level];
+        let mut four = [[0.0; 3]; 4];
+        match texels {
+            Texels::Numbers(texels) => {
+                for (texel, (x, y)) in four.iter_mut().zip(places) {
+                    *texel = texels[y * width + x];
+                }
+            }
+            Texels::Codes(codes, values) => {
+                for (texel, (x, y)) in four.iter_mut().zip(places) {
+                    *texel = decoded(codes, values, y * width + x);
+                }
+            }
+            Texels::Halves => four = self.four_halves(level, places),
+        }
+        four
+    }
+
+    /// One function for all kernels, since it is long.
+    #[inline(never)]
+    fn four_halves(&self, level: usize, places: [(usize, usize); 4]) -> [[f32; 3]; 4] {
+        places.map(|(x, y)| self.half(level, x, y))
+    }
+
+    /// The mean of two by two texels of the level before, added up as [`Self::halved`] does.
+    fn half(&self, level: usize, x: usize, y: usize) -> [f32; 3] {
+        let before = &self.levels[level - 1];
+        let mut sum = [0.0; 3];
+        for (down, across) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let texel = before.kept(2 * x + across, 2 * y + down);
+            for c in 0..3 {
+                sum[c] += f64::from(texel[c]) * 0.25;
+            }
+        }
+        sum.map(|x| x as f32)
+    }
+
+    /// The copy of the last level that is half as large in each direction, at least one texel. Texels are means over equal
+    /// parts, so the mean of all stays.
+    fn halved(&self) -> Option<Level> {
+        let last = self.levels.len() - 1;
+        let Level { width: columns, height: rows, texels } = &self.levels[last];
+        if columns * rows == 1 {
+            return None;
+        }
+        let (width, height) = ((columns / 2).max(1), (rows / 2).max(1));
+        if matches!(texels, Texels::Codes(..)) && columns % 2 == 0 && rows % 2 == 0 {
+            return Some(Level { width, height, texels: Texels::Halves });
+        }
+        let (columns, rows) = (shares(*columns, width), shares(*rows, height));
+        let mut texels = Vec::with_capacity(width * height);
+        for row in &rows {
+            for column in &columns {
+                let mut sum = [0.0; 3];
+                for &(y, down) in row {
+                    for &(x, across) in column {
+                        let texel = self.texel(last, x, y);
+                        for (sum, texel) in sum.iter_mut().zip(texel) {
+                            *sum += f64::from(texel) * (down * across);
+                        }
+                    }
+                }
+                texels.push(sum.map(|x| x as f32));
+            }
+        }
+        Some(Level { width, height, texels: Texels::Numbers(texels) })
     }
 
     /// The levels whose texels are `texels` wide, as numbers between 0 and the last.
@@ -93,10 +234,10 @@ impl Mipmap {
     /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
     /// whose upper right corner is (1, 1).
     #[inline(always)]
-    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, wrap: [Wrap; 2], lanes: u32) -> V3<W> {
+    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, sampler: Sampler, lanes: u32) -> V3<W> {
         let mut seen = [[0.0; MAX_LANES]; 3];
         for lane in lanes_of(lanes) {
-            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), wrap);
+            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
             (seen[0][lane], seen[1][lane], seen[2][lane]) = (r, g, b);
         }
         V3 { x: W::load(s, &seen[0]), y: W::load(s, &seen[1]), z: W::load(s, &seen[2]) }
@@ -109,7 +250,7 @@ impl Mipmap {
         s: W::Simd,
         [u, v]: [W; 2],
         axes: [[W; 2]; 2],
-        wrap: [Wrap; 2],
+        sampler: Sampler,
         lanes: u32,
     ) -> V3<W> {
         let (one, most) = (W::lit(s, 1.0), W::lit(s, MOST_LOOKS));
@@ -128,7 +269,7 @@ impl Mipmap {
             let mut sum = [0.0; 4];
             for look in 0..looks as u32 {
                 let along = (f64::from(look) + 0.5) / looks - 0.5;
-                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, wrap);
+                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, sampler);
                 for i in 0..4 {
                     sum[i] += texel[i] / looks;
                 }
@@ -148,55 +289,53 @@ impl Mipmap {
 
     /// One look for one lane; the fourth channel is nothing.
     #[inline(always)]
-    fn look(&self, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 4] {
+    fn look(&self, uv: [f64; 2], level: f64, sampler: Sampler) -> [f64; 4] {
         let whole = level.floor();
         let below = (whole as usize).min(self.levels.len() - 1);
-        let fine = self.levels[below].at(uv, wrap);
-        match (self.levels.get(below + 1), level - whole) {
-            (Some(above), part) if part > 0.0 => mix(fine, above.at(uv, wrap), part),
-            _ => fine,
+        let part = level - whole;
+        let fine = self.bilinear(below, uv, Sampler { nearest: sampler.nearest && level == 0.0, ..sampler });
+        if below + 1 < self.levels.len() && part > 0.0 {
+            mix(fine, self.bilinear(below + 1, uv, sampler.wrap.into()), part)
+        } else {
+            fine
         }
+    }
+
+    #[inline(always)]
+    fn bilinear(&self, level: usize, [u, v]: [f64; 2], Sampler { wrap, nearest }: Sampler) -> [f64; 4] {
+        let Level { width, height, .. } = self.levels[level];
+        let (left, right, across) = neighbours(u, width, wrap[0]);
+        let (upper, lower, down) = neighbours(1.0 - v, height, wrap[1]);
+        let (across, down) = if nearest { (side(across), side(down)) } else { (across, down) };
+        let [a, b, c, d] = self.four(level, [left, right], [upper, lower]);
+        let above = mix(wide(a), wide(b), across);
+        let below = mix(wide(c), wide(d), across);
+        mix(above, below, down)
     }
 }
 
 impl Level {
-    /// Half as large in each direction, at least one texel. Texels are means over equal parts, so the mean of all stays.
-    fn halved(&self) -> Option<Self> {
-        if self.texels.len() == 1 {
-            return None;
+    /// A texel that is not worked out.
+    fn kept(&self, x: usize, y: usize) -> [f32; 3] {
+        let i = y * self.width + x;
+        match &self.texels {
+            Texels::Numbers(texels) => texels[i],
+            Texels::Codes(codes, values) => decoded(codes, values, i),
+            Texels::Halves => unreachable!("only the level after codes is worked out"),
         }
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let (columns, rows) = (shares(self.width, width), shares(self.height, height));
-        let mut texels = Vec::with_capacity(width * height);
-        for row in &rows {
-            for column in &columns {
-                let mut sum = [0.0; 3];
-                for &(y, down) in row {
-                    for &(x, across) in column {
-                        let texel = self.texels[y * self.width + x];
-                        for (sum, texel) in sum.iter_mut().zip(texel) {
-                            *sum += f64::from(texel) * (down * across);
-                        }
-                    }
-                }
-                texels.push(sum.map(|x| x as f32));
-            }
-        }
-        Some(Self { width, height, texels })
     }
+}
 
-    #[inline(always)]
-    fn at(&self, [u, v]: [f64; 2], wrap: [Wrap; 2]) -> [f64; 4] {
-        let (left, right, across) = neighbours(u, self.width, wrap[0]);
-        let (upper, lower, down) = neighbours(1.0 - v, self.height, wrap[1]);
-        let texel = |x: usize, y: usize| {
-            let [r, g, b] = self.texels[y * self.width + x];
-            [f64::from(r), f64::from(g), f64::from(b), 0.0]
-        };
-        let above = mix(texel(left, upper), texel(right, upper), across);
-        let below = mix(texel(left, lower), texel(right, lower), across);
-        mix(above, below, down)
-    }
+/// What the codes of a texel stand for.
+#[inline(always)]
+fn decoded(codes: &[u8], values: &[f32; 256], i: usize) -> [f32; 3] {
+    let [r, g, b] = [codes[3 * i], codes[3 * i + 1], codes[3 * i + 2]];
+    [values[usize::from(r)], values[usize::from(g)], values[usize::from(b)]]
+}
+
+#[inline(always)]
+fn wide([r, g, b]: [f32; 3]) -> [f64; 4] {
+    [f64::from(r), f64::from(g), f64::from(b), 0.0]
 }
 
 /// For each of `fewer` equal parts of a row of `many` texels: the texels it covers, and their shares in it.
@@ -231,6 +370,12 @@ fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
     (left as usize, right as usize, x - first)
 }
 
+/// The nearer end of a way: 0 or 1.
+#[inline(always)]
+fn side(part: f64) -> f64 {
+    if part < 0.5 { 0.0 } else { 1.0 }
+}
+
 /// From `a` to `b`.
 #[inline(always)]
 fn mix(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
@@ -246,11 +391,11 @@ mod tests {
     use super::*;
 
     fn average(mipmap: &Mipmap, uv: [f64; 2], axes: [[f64; 2]; 2], wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.average((), uv, axes, wrap, 1).lane(0)
+        mipmap.average((), uv, axes, wrap.into(), 1).lane(0)
     }
 
     fn at(mipmap: &Mipmap, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.at((), uv, level, wrap, 1).lane(0)
+        mipmap.at((), uv, level, wrap.into(), 1).lane(0)
     }
 
     fn ramp(width: u32, height: u32) -> Mipmap {
@@ -263,14 +408,16 @@ mod tests {
         for (width, height) in [(1, 1), (2, 1), (7, 5), (64, 64), (13, 1), (100, 3)] {
             let mipmap = ramp(width, height);
             let expected = [f64::from(width - 1) / 2.0, f64::from(height - 1) / 2.0, 1.0];
-            for level in &mipmap.levels {
+            for (index, level) in mipmap.levels.iter().enumerate() {
                 for channel in 0..3 {
-                    let sum: f64 = level.texels.iter().map(|texel| f64::from(texel[channel])).sum();
-                    let mean = sum / level.texels.len() as f64;
+                    let texels = (0..level.height).flat_map(|y| (0..level.width).map(move |x| (x, y)));
+                    let sum: f64 = texels.map(|(x, y)| f64::from(mipmap.texel(index, x, y)[channel])).sum();
+                    let mean = sum / (level.width * level.height) as f64;
                     assert!((mean - expected[channel]).abs() < 1e-4, "{width} x {height}: {mean}");
                 }
             }
-            assert_eq!(mipmap.levels[mipmap.levels.len() - 1].texels.len(), 1);
+            let last = &mipmap.levels[mipmap.levels.len() - 1];
+            assert_eq!((last.width, last.height), (1, 1));
         }
     }
 
@@ -286,6 +433,23 @@ mod tests {
         assert_eq!(at(&mipmap, [-3.0, 9.0], 0.0, clamp), [0.0, 0.0, 1.0]);
     }
 
+    #[test]
+    fn enlarged_texels_may_be_squares() {
+        let mipmap = ramp(8, 4);
+        let sampler = Sampler { wrap: [Wrap::Repeat; 2], nearest: true };
+        let small = [[0.01, 0.0], [0.0, 0.02]];
+        for (u, v) in [(0.001, 0.999), (0.3, 0.4), (0.124, 0.26), (0.126, 0.24), (0.999, 0.001), (1.3, -0.6)] {
+            let [x, y, _] = mipmap.average((), [u, v], small, sampler, 1).lane(0);
+            let expected = [(u * 8.0_f64).floor().rem_euclid(8.0), ((1.0 - v) * 4.0_f64).floor().rem_euclid(4.0)];
+            assert_eq!([x, y], expected, "{u} {v}");
+        }
+        // Far away they are means, as all others.
+        let large = [[0.5, 0.0], [0.0, 0.5]];
+        let [mean, smooth] =
+            [sampler, sampler.wrap.into()].map(|sampler| mipmap.average((), [0.3, 0.4], large, sampler, 1).lane(0));
+        assert_eq!(mean, smooth);
+    }
+
     /// The same texel by texel, from the definitions.
     fn slow_bilinear(mipmap: &Mipmap, [u, v]: [f64; 2], wrap: [Wrap; 2]) -> [f64; 3] {
         let level = &mipmap.levels[0];
@@ -299,8 +463,7 @@ mod tests {
         let (columns, rows) = (axis(u, level.width, wrap[0]), axis(1.0 - v, level.height, wrap[1]));
         [0, 1, 2].map(|c| {
             let [above, below] = rows.map(|(y, _)| {
-                let [left, right] =
-                    columns.map(|(x, part)| f64::from(level.texels[y as usize * level.width + x as usize][c]) * part);
+                let [left, right] = columns.map(|(x, part)| f64::from(level.kept(x as usize, y as usize)[c]) * part);
                 left + right
             });
             above * rows[0].1 + below * rows[1].1
@@ -321,6 +484,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Codes take a quarter of the memory, and give the same numbers on every level.
+    #[test]
+    fn codes_are_the_numbers_that_they_stand_for_to_the_bit() {
+        let values: [f32; 256] = std::array::from_fn(|code| math::srgb_to_linear(code as f64 / 255.0) as f32);
+        for (width, height) in [(1, 1), (2, 2), (2, 1), (64, 32), (13, 8), (31, 17), (100, 6), (256, 256)] {
+            let codes: Vec<u8> = (0..3 * u64::from(width * height)).map(|i| (i * i / 7 % 256) as u8).collect();
+            let numbers = codes.chunks(3).map(|texel| [0, 1, 2].map(|c| values[usize::from(texel[c])])).collect();
+            let (coded, numbers) =
+                (Mipmap::of_codes(width, height, codes, values), Mipmap::new(width, height, numbers));
+            assert_eq!((coded.uniform(), coded.mean()), (numbers.uniform(), numbers.mean()));
+            assert_eq!((coded.brightest(), coded.darkest()), (numbers.brightest(), numbers.darkest()));
+            for (level, kept) in numbers.levels.iter().enumerate() {
+                for (x, y) in (0..kept.height).flat_map(|y| (0..kept.width).map(move |x| (x, y))) {
+                    assert_eq!(coded.texel(level, x, y), kept.kept(x, y), "{width} x {height}, level {level}, {x} {y}");
+                }
+            }
+            for (mipmap, is_coded) in [(&coded, true), (&numbers, false)] {
+                assert_eq!(mipmap.bytes() as u64, Mipmap::bytes_for(width, height, is_coded), "{width} x {height}");
+            }
+        }
+        // With all levels, and the table of 1 KiB.
+        let texels = 1 << 24;
+        assert_eq!(Mipmap::bytes_for(4_096, 4_096, true), 4 * texels - 4 + 1_024);
+        assert_eq!(Mipmap::bytes_for(4_096, 4_096, false), 16 * texels - 4);
     }
 
     #[test]

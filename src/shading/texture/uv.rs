@@ -56,6 +56,8 @@ pub struct Attributes<W> {
     pub uvs: [[W; 2]; 3],
     /// Red, green, blue and alpha.
     pub colors: [[W; 4]; 3],
+    /// The directions in which u grows, and the hands of their frames, where a mesh says so.
+    pub tangents: Option<[[W; 4]; 3]>,
 }
 
 /// Points in texture space.
@@ -157,6 +159,15 @@ impl<W: Double> Face<W> {
         let [red, green] = self.two_of(s, p, colors, 0);
         let [blue, alpha] = self.two_of(s, p, colors, 2);
         Some([red, green, blue, alpha])
+    }
+
+    /// The tangents of points as the mesh says, and the sides that v grows to: above 0, the cross product of normal and tangent.
+    #[inline(always)]
+    pub fn tangents(&self, s: W::Simd, p: V3<W>) -> Option<(V3<W>, W)> {
+        let tangents = self.attributes.as_ref()?.tangents.as_ref()?;
+        let [x, y] = self.two_of(s, p, tangents, 0);
+        let [z, hand] = self.two_of(s, p, tangents, 2);
+        Some((V3 { x, y, z }, hand))
     }
 
     /// Two channels of colours at the corners. Not by `map`, which calls so large a closure as a function of its own.

@@ -1,240 +1,20 @@
-//! PLY (G. Turk, 1994): lists of elements whose properties the header declares, as text or binary of either byte order.
+//! The elements of a PLY file: vertices, polygons and strips.
 
-use super::budget::{Budget, worked};
-use super::fault::{Fault, Faults, Kind, Place, Subject, warn};
-use super::geometry::Geometry;
-use super::material::ModelMaterial;
-use super::model::{Model, Placement};
-use super::text::Text;
+use super::super::budget::{Budget, worked};
+use super::super::fault::{Fault, Kind, Subject, warn};
+use super::super::geometry::Geometry;
+use super::super::material::ModelMaterial;
+use super::super::model::{Model, Placement};
+use super::header::{Element, Property};
+use super::numbers::{Numbers, Scalar};
 use crate::math;
 use crate::shape::ear_clipping::triangulate;
 use glam::DMat4;
 
 /// Most corners of a polygon.
 const CORNERS: usize = 10_000;
-/// Most elements of any kind that a file declares, and most properties of one.
-const DECLARED: usize = 256;
 /// Most of the sum of the squares of the corners of polygons.
 const POLYGON_WORK: u64 = 200_000_000;
-
-/// Types of numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Scalar {
-    fn named(name: &[u8]) -> Option<Self> {
-        Some(match name {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-}
-
-/// A property of an element; a list has a type for its length.
-#[derive(Debug)]
-struct Property {
-    name: Vec<u8>,
-    length: Option<Scalar>,
-    scalar: Scalar,
-}
-
-#[derive(Debug)]
-struct Element {
-    name: Vec<u8>,
-    count: u64,
-    properties: Vec<Property>,
-    place: Place,
-}
-
-/// How numbers are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Encoding {
-    Text,
-    LittleEndian,
-    BigEndian,
-}
-
-/// Numbers one after the other.
-enum Numbers<'a> {
-    Text(Text<'a>),
-    Binary { bytes: &'a [u8], start: u64, at: usize, is_big: bool },
-}
-
-impl Numbers<'_> {
-    fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
-        match self {
-            Self::Text(text) => {
-                let end = text.place();
-                let word = text.any_word().ok_or_else(|| ends_early().at(end))?;
-                word.number()
-            }
-            Self::Binary { bytes, start, at, is_big } => {
-                let place = Place::Offset(*start + *at as u64);
-                let size = scalar.size();
-                let taken = bytes.get(*at..*at + size).ok_or_else(|| ends_early().at(place))?;
-                *at += size;
-                let mut all = [0; 8];
-                all[..size].copy_from_slice(taken);
-                if *is_big {
-                    all[..size].reverse();
-                }
-                let [a, b, c, d, ..] = all;
-                let number = match scalar {
-                    Scalar::I8 => f64::from(a as i8),
-                    Scalar::U8 => f64::from(a),
-                    Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
-                    Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
-                    Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-                    Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-                    Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-                    Scalar::F64 => f64::from_le_bytes(all),
-                };
-                if number.is_finite() {
-                    return Ok(number);
-                }
-                let detail = format!("{number} is no finite number");
-                Err(Fault::new("", Kind::OutOfRange, detail).at(place))
-            }
-        }
-    }
-
-    fn place(&self) -> Place {
-        match self {
-            Self::Text(text) => text.place(),
-            Self::Binary { start, at, .. } => Place::Offset(*start + *at as u64),
-        }
-    }
-
-    /// Bytes that are left.
-    fn left(&self) -> u64 {
-        match self {
-            Self::Text(text) => text.rest().len() as u64,
-            Self::Binary { bytes, at, .. } => (bytes.len() - at) as u64,
-        }
-    }
-}
-
-fn ends_early() -> Fault {
-    Fault::new("", Kind::OutOfBounds, "the file ends before its elements do")
-}
-
-/// Reads a file.
-pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
-    let mut text = Text::new(bytes);
-    let (encoding, elements) = header(&mut text)?;
-    let rest = text.rest();
-    let mut numbers = match encoding {
-        Encoding::Text => Numbers::Text(text),
-        _ => Numbers::Binary {
-            bytes: rest,
-            start: (bytes.len() - rest.len()) as u64,
-            at: 0,
-            is_big: encoding == Encoding::BigEndian,
-        },
-    };
-    let mut reader = Reader::default();
-    for element in elements.iter().filter(|element| !element.properties.is_empty()) {
-        // A number takes a byte or more, and in text a space too.
-        let least = |property: &Property| match encoding {
-            Encoding::Text => 2,
-            _ => property.length.unwrap_or(property.scalar).size() as u64,
-        };
-        let each: u64 = element.properties.iter().map(least).sum();
-        if element.count.checked_mul(each).is_none_or(|needs| needs > numbers.left() + 1) {
-            let detail = format!("{} elements do not fit into the {} bytes that follow", element.count, numbers.left());
-            return Err(Faults::one(Fault::new("", Kind::OutOfBounds, detail).at(element.place)));
-        }
-        reader.elements(element, &mut numbers)?;
-    }
-    Ok(reader.into_model())
-}
-
-fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
-    let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
-    text.word();
-    while text.next_line() {
-        let Some(word) = text.word() else { continue };
-        let is_full =
-            elements.len() > DECLARED || elements.last().is_some_and(|element| element.properties.len() > DECLARED);
-        if is_full {
-            return Err(word.fault(Kind::Limit, format!("the header declares more than {DECLARED} of a kind")));
-        }
-        match word.text {
-            b"format" => {
-                let name = text.expected("a format")?;
-                encoding = Some(match name.text {
-                    b"ascii" => Encoding::Text,
-                    b"binary_little_endian" => Encoding::LittleEndian,
-                    b"binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(name.fault(Kind::Unsupported, format!("the format {} is unknown", name.quoted()))),
-                });
-            }
-            b"comment" | b"obj_info" => {}
-            b"element" => {
-                let name = text.expected("the name of an element")?;
-                let count = text.expected("a number of elements")?;
-                let number = std::str::from_utf8(count.text).ok().and_then(|text| text.parse().ok());
-                let number: u64 = number.ok_or_else(|| {
-                    count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted()))
-                })?;
-                let (name, place) = (name.text.to_vec(), word.place);
-                elements.push(Element { name, count: number, properties: Vec::new(), place });
-            }
-            b"property" => {
-                let mut next = text.expected("a type")?;
-                let scalar = |text: &mut Text<'_>| -> Result<Scalar, Fault> {
-                    let word = text.expected("a type")?;
-                    Scalar::named(word.text)
-                        .ok_or_else(|| word.fault(Kind::Unsupported, format!("{} is no type", word.quoted())))
-                };
-                let (length, of) = if next.text == b"list" {
-                    (Some(scalar(text)?), scalar(text)?)
-                } else {
-                    let of = Scalar::named(next.text);
-                    (None, of.ok_or_else(|| next.fault(Kind::Unsupported, format!("{} is no type", next.quoted())))?)
-                };
-                next = text.expected("the name of a property")?;
-                let element = elements.last_mut();
-                let element =
-                    element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
-                element.properties.push(Property { name: next.text.to_vec(), length, scalar: of });
-            }
-            b"end_header" => {
-                text.next_line();
-                let missing = || Fault::new("", Kind::MissingKey, "the header does not say the format").at(word.place);
-                return Ok((encoding.ok_or_else(missing)?, elements));
-            }
-            _ => return Err(word.fault(Kind::Invalid, format!("{} is no word of a header", word.quoted()))),
-        }
-    }
-    Err(Fault::new("", Kind::OutOfBounds, "the header does not end").at(text.place()))
-}
 
 /// What a property of a vertex is.
 #[derive(Debug, Clone, Copy)]
@@ -265,8 +45,9 @@ impl Meaning {
     }
 }
 
+/// What is read of a file.
 #[derive(Default)]
-struct Reader {
+pub(super) struct Reader {
     geometry: Geometry,
     has_vertices: bool,
     budget: Budget,
@@ -274,7 +55,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn elements(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+    pub(super) fn elements(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
         match element.name.as_slice() {
             b"vertex" => self.vertices(element, numbers),
             b"face" | b"tristrips" => self.faces(element, numbers),
@@ -420,7 +201,7 @@ impl Reader {
         Ok(())
     }
 
-    fn into_model(mut self) -> Model {
+    pub(super) fn into_model(mut self) -> Model {
         let mut model = Model::default();
         if self.geometry.triangles.is_empty() {
             if !self.geometry.positions.is_empty() {

@@ -1,6 +1,6 @@
-//! The filters of EXT_meshopt_compression (appendix B of its specification): what is done to elements after unpacking.
+//! The filters of EXT_meshopt_compression and KHR_meshopt_compression (appendix B of their specifications): what is done to elements after unpacking.
 
-use super::budget::worked;
+use super::super::budget::worked;
 
 type Filtered = Result<(), &'static str>;
 
@@ -13,7 +13,7 @@ fn rounded(number: f32) -> i32 {
 }
 
 /// Unit vectors of four bytes or four shorts, folded onto an octahedron.
-pub(super) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     match stride {
         4 => bytes.chunks_exact_mut(4).for_each(|element| {
@@ -52,7 +52,7 @@ fn put_short(element: &mut [u8], i: usize, number: i32) {
 }
 
 /// Unit quaternions without their largest component.
-pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if stride != 8 {
         return Err(WRONG_STRIDE);
@@ -71,7 +71,7 @@ pub(super) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
 }
 
 /// Numbers of 24 bits and a power of two, which become floats.
-pub(super) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
+pub(in crate::models) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if !stride.is_multiple_of(4) {
         return Err(WRONG_STRIDE);
@@ -83,6 +83,36 @@ pub(super) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
         element.copy_from_slice(&number.to_le_bytes());
     }
     Ok(())
+}
+
+/// Colours of four bytes or four shorts as luma, orange, green (YCoCg) and opacity, of as many bits as opacity says.
+pub(in crate::models) fn color(bytes: &mut [u8], stride: usize) -> Filtered {
+    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
+    match stride {
+        4 => bytes.chunks_exact_mut(4).for_each(|element| {
+            let [y, orange, green, alpha] = [0, 1, 2, 3].map(|i: usize| element[i]);
+            let packed = [i32::from(y), i32::from(orange as i8), i32::from(green as i8), i32::from(alpha)];
+            let color = of_luma(packed, 255.0);
+            (0..4).for_each(|i| element[i] = color[i] as u8);
+        }),
+        8 => bytes.chunks_exact_mut(8).for_each(|element| {
+            let [y, orange, green, alpha] = [0, 1, 2, 3].map(|i| short(element, i));
+            let packed = [i32::from(y as u16), i32::from(orange), i32::from(green), i32::from(alpha as u16)];
+            let color = of_luma(packed, 65_535.0);
+            (0..4).for_each(|i| element[2 * i..2 * i + 2].copy_from_slice(&(color[i] as u16).to_le_bytes()));
+        }),
+        _ => return Err(WRONG_STRIDE),
+    }
+    Ok(())
+}
+
+fn of_luma([y, orange, green, alpha]: [i32; 4], most: f32) -> [i32; 4] {
+    // The highest bit of opacity says how many bits there are; its lowest bit stands for two.
+    let full = (1 << (32 - alpha.leading_zeros())) - 1;
+    let opacity = alpha & (full >> 1);
+    let color = [y + orange - green, y + green, y - orange - green, opacity << 1 | opacity & 1];
+    let scale = if full > 0 { most / full as f32 } else { 0.0 };
+    color.map(|channel| rounded((channel as f32 * scale).clamp(0.0, most)))
 }
 
 #[cfg(test)]
@@ -102,5 +132,25 @@ mod tests {
         let mut turn = [0, 0, 0, 0, 0, 0, 0xff, 0x7f];
         quaternion(&mut turn, 8).unwrap();
         assert_eq!(short(&turn, 3), 32_767);
+    }
+
+    #[test]
+    fn colors_are_of_as_many_bits_as_their_opacity_says() {
+        // 8 bits: y = 100, orange = 20, green = -30; opacity 127 of 127.
+        let mut color = [100, 20, -30_i8 as u8, 0xff];
+        super::color(&mut color, 4).unwrap();
+        assert_eq!(color, [150, 70, 110, 255]);
+        // 5 bits: white at half opacity, 8 of 15, which is 16 of 31.
+        let mut color = [31, 0, 0, 0x18];
+        super::color(&mut color, 4).unwrap();
+        assert_eq!(color, [255, 255, 255, 132]);
+        let mut wide: Vec<u8> = [1_023_u16, 0, 0, 0x3ff].iter().flat_map(|n| n.to_le_bytes()).collect();
+        super::color(&mut wide, 8).unwrap();
+        assert_eq!(wide, [0xff; 8]);
+        // No opacity at all is no color.
+        let mut none = [9, 9, 9, 0];
+        super::color(&mut none, 4).unwrap();
+        assert_eq!(none, [0; 4]);
+        assert!(super::color(&mut none, 12).is_err());
     }
 }
