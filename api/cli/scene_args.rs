@@ -5,6 +5,7 @@ use crate::service::values::threads;
 use clap::Args;
 use std::path::PathBuf;
 use strahl::film::Region;
+use strahl::models::Which;
 use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::model::{LightChoice, ModelOptions, UpAxis, View};
 use strahl::scene::nff::NffOptions;
@@ -78,15 +79,15 @@ pub(super) struct ModelArgs {
     /// Which scene of the file, from 0 [default: as the file says].
     #[arg(long = "scene", value_name = "INDEX")]
     model_scene: Option<u32>,
-    /// Which animation of the file is played, from 0 [default: none].
-    #[arg(long, value_name = "INDEX")]
-    animation: Option<u32>,
+    /// Which animation of the file is played, by its place from 0 or its name [default: none].
+    #[arg(long, value_name = "WHICH")]
+    animation: Option<Which>,
     /// Seconds since the start of the animation.
     #[arg(short, value_name = "SECONDS")]
     t: Option<f64>,
-    /// Which variant of its materials, from 0.
-    #[arg(long, value_name = "INDEX")]
-    variant: Option<u32>,
+    /// Which variant of its materials, by its place from 0 or its name.
+    #[arg(long, value_name = "WHICH")]
+    variant: Option<Which>,
     /// Which lights shine on it: auto, studio or file [default: auto].
     #[arg(long, value_name = "LIGHTS", value_parser = word::<LightChoice>(), hide_possible_values = true)]
     light: Option<LightChoice>,

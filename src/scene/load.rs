@@ -1,11 +1,12 @@
 //! From the bytes of a file to a compiled scene, with every problem located in the text.
 
+use super::assets;
 use super::check::{check, settings_are_sound, warnings};
 use super::compile::{CompileOptions, Original, build_from, checked};
 use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
-use super::model::{self, ModelOptions};
+use super::model::{self, ModelOptions, Views, read_models};
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Code, unless_cancelled};
@@ -17,6 +18,7 @@ use crate::models::ModelFormat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// File formats of scenes.
@@ -92,6 +94,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// The options that an NFF file was read with.
     pub nff: NffOptions,
+    /// How a model is seen again.
+    pub views: Option<Arc<Views>>,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -157,7 +161,7 @@ pub fn load_if<E>(
             let steps = Steps::read(start);
             let (pictures, warnings) = steps.checked(&description, files, accept, None)?;
             let scene = steps.build(&description, overrides.nff, pictures, warnings, None)?;
-            Ok(steps.loaded(description, scene, overrides.nff))
+            Ok(steps.loaded(description, scene, overrides.nff, Vec::new()))
         }
     }
 }
@@ -176,14 +180,40 @@ fn load_model<E>(
         None => model::import_parts(bytes.as_ref(), overrides)?,
     };
     drop(bytes);
-    let model::Imported { mut description, warnings: mut all, from_files } = imported;
+    let model::Imported { mut description, warnings: mut all, from_files, views } = imported;
     overrides.apply(&mut description);
     let steps = Steps::read(start);
     let (mut pictures, warnings) = steps.checked(&description, files, accept, None)?;
     pictures.from_files |= from_files;
     all.extend(warnings);
     let scene = steps.build(&description, NffOptions::default(), pictures, all, None)?;
-    Ok(steps.loaded(description, scene, NffOptions::default()))
+    let loaded = steps.loaded(description, scene, NffOptions::default(), Vec::new());
+    Ok(Loaded { views: Some(views.into()), ..loaded })
+}
+
+/// Reads the models that a scene places. Returns the SHA-256 of each asset that it names.
+pub(super) fn prepare(description: &mut Description, files: &dyn Files) -> Result<Vec<String>, Problems> {
+    let found = assets::found(description, files).and_then(|found| {
+        if description.models.get().is_none() {
+            read_models(description, files)?;
+        }
+        Ok(found)
+    });
+    found.map_err(|Problems(mut problems)| {
+        if let Err(Problems(mut more)) = check(description) {
+            problems.append(&mut more);
+            problems.truncate(PROBLEMS_FOUND);
+        }
+        Problems(problems)
+    })
+}
+
+/// An error with pointers into the text of the scene, which has models.
+pub(super) fn meant<E>(description: &Description, mut error: NotLoaded<E>) -> NotLoaded<E> {
+    if let (NotLoaded::Problems(Problems(problems)), Some(models)) = (&mut error, description.models.get()) {
+        problems.iter_mut().for_each(|problem| models.place(&mut problem.pointer));
+    }
+    error
 }
 
 fn load_json<E>(
@@ -200,18 +230,23 @@ fn load_json<E>(
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let steps = Steps::read(start);
-            let checked = steps.checked(&description, files, accept, None);
-            let checked = checked.map_err(|error| overrides.located(json, error));
+            let prepared = prepare(&mut description, files);
+            let assets = prepared.map_err(|problems| overrides.located(json, NotLoaded::Problems(problems)))?;
+            let whole = description.whole();
+            let checked = steps.checked(&whole, files, accept, None);
+            let checked = checked.map_err(|error| overrides.located(json, meant(&description, error)));
             let (pictures, mut warnings) = checked?;
             overrides.locate(json, &mut warnings);
+            warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
             // Only definitions can still become too large, when they are expanded.
-            let text = (!description.definitions.is_empty()).then_some(text);
-            let built = steps.build(&description, NffOptions::default(), pictures, warnings, None);
+            let text = (!whole.definitions.is_empty()).then_some(text);
+            let built = steps.build(&whole, NffOptions::default(), pictures, warnings, None);
             let scene = built.map_err(|problems| {
                 let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
-                overrides.located(json, NotLoaded::Problems(problems))
+                overrides.located(json, meant(&description, NotLoaded::Problems(problems)))
             })?;
-            Ok(steps.loaded(description, scene, NffOptions::default()))
+            drop(whole);
+            Ok(steps.loaded(description, scene, NffOptions::default(), assets))
         }
         Err(Unreadable { problems, mended }) => {
             let text = json;
@@ -234,25 +269,25 @@ fn load_json<E>(
 }
 
 /// The steps from a description to a scene, and when they began.
-pub(super) struct Steps {
+pub(in crate::scene) struct Steps {
     parse_ms: f64,
     start: Instant,
 }
 
 impl Steps {
     /// A description was read, which began at `start`.
-    pub(super) fn read(start: Instant) -> Self {
+    pub(in crate::scene) fn read(start: Instant) -> Self {
         Self { parse_ms: milliseconds(start), start: Instant::now() }
     }
 
     /// Checks a description, and reads the pictures that it names. Returns them, and warnings. What has the bodies of
     /// `original` is checked around them.
-    pub(super) fn checked<'a, E>(
+    pub(in crate::scene) fn checked<'a, E>(
         &self,
         description: &'a Description,
         files: &dyn Files,
         accept: impl FnOnce(&Description) -> Result<(), E>,
-        original: Option<Original<'_>>,
+        original: Option<Original<'a>>,
     ) -> Result<(Pictures<'a>, Vec<Problem>), NotLoaded<E>> {
         unless_cancelled()?;
         if let Err(refused) = accept(description) {
@@ -261,12 +296,12 @@ impl Steps {
             return Err(NotLoaded::Refused(refused));
         }
         let same_bodies = original.filter(|original| original.has_bodies_of(description));
-        let pictures = checked(description, files, same_bodies.is_some())?;
+        let pictures = checked(description, files, original)?;
         Ok((pictures, warnings(description, same_bodies.map(|original| &original.scene.warnings[..]))))
     }
 
     /// Builds the scene of a checked description, in the geometry of `original` if it has its objects.
-    pub(super) fn build(
+    pub(in crate::scene) fn build(
         &self,
         description: &Description,
         nff: NffOptions,
@@ -279,9 +314,21 @@ impl Steps {
         build_from(description, options, &pictures, warnings, original)
     }
 
-    pub(super) fn loaded(&self, description: Description, scene: Scene, nff: NffOptions) -> Loaded {
+    /// A scene that was built of what `description` says, with the assets that it names.
+    pub(in crate::scene) fn loaded(
+        &self,
+        description: Description,
+        mut scene: Scene,
+        nff: NffOptions,
+        assets: Vec<String>,
+    ) -> Loaded {
+        if let Some(models) = description.models.get() {
+            scene.place(models);
+            scene.from_files |= models.from_files;
+        }
+        scene.assets = assets;
         let plan_ms = (milliseconds(self.start) - scene.bvh_ms).max(0.0);
-        Loaded { description, scene, nff, parse_ms: self.parse_ms, plan_ms }
+        Loaded { description, scene, nff, views: None, parse_ms: self.parse_ms, plan_ms }
     }
 }
 

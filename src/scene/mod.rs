@@ -1,5 +1,6 @@
 //! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
+pub mod assets;
 pub mod check;
 pub mod compile;
 pub mod description;

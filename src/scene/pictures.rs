@@ -3,6 +3,8 @@
 //! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
 //! and the pixels of all pictures together.
 
+use super::assets::hash_of;
+use super::compile::Original;
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
@@ -11,7 +13,7 @@ use crate::math;
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -23,6 +25,11 @@ pub trait Files: Sync {
     /// The bytes of a file; at most one more than [`PICTURE_BYTES`] are needed. An error is the end of a sentence that begins
     /// with the file's name.
     fn read(&self, name: &str) -> Result<Vec<u8>, String>;
+
+    /// Whether there is an asset of this SHA-256, which is then read under the name `sha256:` and its digits.
+    fn has_asset(&self, _hash: &str) -> bool {
+        false
+    }
 
     /// Whether there is memory for so many bytes more, asked before a picture is decoded. Without it the scene is not built.
     fn has_room(&self, _bytes: u64) -> bool {
@@ -61,18 +68,26 @@ pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
     if textured.channel == Some(TexelChannel::A) { Meaning::Alpha } else { Meaning::Data }
 }
 
+/// Pictures by source and meaning.
+type Decoded<'a> = HashMap<(&'a str, Meaning), Arc<Mipmap>>;
+
 /// Decoded pictures, one for each source and meaning.
 #[derive(Debug, Default)]
 pub(super) struct Pictures<'a> {
-    known: HashMap<(&'a str, Meaning), Arc<Mipmap>>,
+    known: Decoded<'a>,
     /// Whether any came from a file, whose content may change.
     pub(super) from_files: bool,
 }
 
 impl<'a> Pictures<'a> {
     /// Reads all pictures of a description.
-    pub(super) fn read(description: &'a Description, files: &dyn Files) -> Result<Self, Problems> {
+    pub(super) fn read(
+        description: &'a Description,
+        files: &dyn Files,
+        original: Option<Original<'a>>,
+    ) -> Result<Self, Problems> {
         let mut pictures = Self::default();
+        let known = original.map(known).unwrap_or_default();
         let mut problems = Vec::new();
         let mut left = PICTURE_PIXELS.max;
         for (source, meaning, pointer) in wanted(description) {
@@ -81,6 +96,12 @@ impl<'a> Pictures<'a> {
             }
             unless_cancelled()?;
             pictures.from_files |= !is_url(source);
+            if let Some(mipmap) = known.get(&(source, meaning)) {
+                let [width, height] = mipmap.size();
+                left = left.saturating_sub((width * height) as u64);
+                pictures.known.insert((source, meaning), Arc::clone(mipmap));
+                continue;
+            }
             match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left, files)) {
                 Ok(mipmap) => {
                     pictures.known.insert((source, meaning), Arc::new(mipmap));
@@ -101,10 +122,28 @@ impl<'a> Pictures<'a> {
         Arc::clone(known.unwrap_or_else(|| unreachable!("all pictures have been read")))
     }
 
+    /// All of them, in the order in which the description names them.
+    pub(super) fn all(&self, description: &Description) -> Vec<Arc<Mipmap>> {
+        each(description).into_iter().map(|(source, meaning)| self.get(source, meaning)).collect()
+    }
+
     /// Bytes they take.
     pub(super) fn bytes(&self) -> usize {
         self.known.values().map(|mipmap| mipmap.bytes()).sum()
     }
+}
+
+/// The pictures that a scene was built with, but for those of files, which may have changed.
+fn known(original: Original<'_>) -> Decoded<'_> {
+    let named = each(original.description).into_iter().zip(&original.scene.pictures);
+    named.filter(|((source, _), _)| is_url(source)).map(|(key, mipmap)| (key, Arc::clone(mipmap))).collect()
+}
+
+/// The pictures of a description, each once.
+fn each(description: &Description) -> Vec<(&str, Meaning)> {
+    let mut seen = HashSet::new();
+    let all = wanted(description).into_iter().map(|(source, meaning, _)| (source, meaning));
+    all.filter(|key| seen.insert(*key)).collect()
 }
 
 /// The pictures of a description, with the JSON pointer of each.
@@ -149,6 +188,11 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     wanted
 }
 
+/// The sources of the pictures of a description, with the JSON pointer of each.
+pub(super) fn sources(description: &Description) -> impl Iterator<Item = (&str, String)> {
+    wanted(description).into_iter().map(|(source, _, pointer)| (source, pointer))
+}
+
 /// Bytes of the names and contents of pictures in a description.
 pub(super) fn source_bytes(description: &Description) -> u64 {
     wanted(description).iter().map(|(source, ..)| source.len() as u64).sum()
@@ -177,7 +221,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
             return Err((Code::Unsupported, "must be written as \"data:image/png;base64,...\"".into()));
         };
         BASE64.decode(data.as_bytes()).map_err(|error| (Code::Degenerate, format!("is no base64: {error}")))?
-    } else if is_url(source) {
+    } else if is_url(source) && hash_of(source).is_none() {
         let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
         return Err((Code::Unsupported, detail.into()));
     } else {

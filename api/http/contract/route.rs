@@ -120,6 +120,11 @@ impl Body {
         }
     }
 
+    /// A file of any type.
+    pub(crate) fn file(about: &'static str) -> Self {
+        Self { about, contents: vec![Content::file("application/octet-stream")], example: None }
+    }
+
     /// JSON that is read into a type.
     pub(crate) fn json<T: JsonSchema>(about: &'static str) -> Self {
         let json = Content { media_type: "application/json", schema: Schemas::body::<T> };
@@ -190,6 +195,15 @@ impl Route {
         about: [&'static str; 3],
     ) -> Self {
         Self::new(("post", MethodFilter::POST), path, handler, about)
+    }
+
+    /// A PUT route.
+    pub(crate) fn put<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("put", MethodFilter::PUT), path, handler, about)
     }
 
     /// A PATCH route.

@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
+use strahl::models::Which;
 use strahl::render::Layers;
 use strahl::scene::description::{Accuracy, Precision};
 use strahl::scene::limits::{self, Limit};
@@ -58,6 +59,8 @@ enum Values {
     Point,
     Accuracy,
     View,
+    /// A number from 0, or a name.
+    Which,
 }
 
 /// The largest whole number that the contract's format int64 holds.
@@ -78,6 +81,7 @@ impl Parameter {
     pub(crate) fn schema(&self) -> Value {
         match &self.values {
             Values::Text => json!({ "type": "string" }),
+            Values::Which => json!({ "type": "string", "minLength": 1, "maxLength": 62 }),
             Values::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             Values::Flag => json!({ "type": "boolean" }),
             Values::Whole(least, MAX_PIXELS, _) => json!({ "type": "integer", "format": "int32", "minimum": least }),
@@ -117,6 +121,7 @@ impl Values {
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
             Self::View => View::WRITTEN.into(),
+            Self::Which => Which::WRITTEN.into(),
         }
     }
 }
@@ -335,14 +340,19 @@ impl Query {
             up: self.word("up", "Which axis of a model is up."),
             camera: self.count_or_0("camera", "Which camera of a model's file sees it, from 0.", MOST),
             scene: self.count_or_0("scene", "Which scene of a model's file, from 0.", MOST),
-            animation: self.count_or_0("animation", "Which animation of a model's file, from 0.", MOST),
+            animation: self.which("animation", "Which animation of a model's file, by its place from 0 or its name."),
             t: self.take("t", "Seconds since the start of the animation.", Values::Number(0.0, None, None), |text| {
                 text.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0)
             }),
-            variant: self.count_or_0("variant", "Which variant of a model's materials, from 0.", MOST),
+            variant: self.which("variant", "Which variant of a model's materials, by its place from 0 or its name."),
             light: self.word("light", "Which lights shine on a model."),
             strict: self.flag("strict", "Whether what a model requires and is not simulated is refused."),
         }
+    }
+
+    /// One of several things of a model's file.
+    fn which(&mut self, name: &'static str, about: &'static str) -> Option<Which> {
+        self.take(name, about, Values::Which, |text| text.parse().ok())
     }
 
     /// `format`, `bits` and `quality`.

@@ -67,7 +67,7 @@ async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
     let (sender, passes) = mpsc::channel(WAITING);
     let (service, task) = (Arc::clone(&app.service), tenant.task(Class::Renders));
     let picture = async move {
-        let known = service.scenes.cached(&upload.sent().key);
+        let known = service.scenes.cached(Some(&task.tenant), &upload.sent().key);
         if let Some(image) = known.as_deref().and_then(image_of)
             && let Some(file) = service.stored_picture(&image, &spec).await
         {
@@ -142,7 +142,7 @@ async fn answer(
         ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
 
     // A client that has the picture already waits only until its scene is built.
-    let mut ready = app.service.scenes.cached(&upload.sent().key);
+    let mut ready = app.service.scenes.cached(Some(&tenant.name), &upload.sent().key);
     if ready.is_none() && conditions::has_any(&headers) {
         ready = Some(app.service.build_scene(task.clone(), Source::Sent(upload.clone())).await?);
     }

@@ -6,3 +6,4 @@ pub(crate) mod prepared;
 mod room;
 pub(crate) mod store;
 pub(crate) mod texture_folder;
+mod views;

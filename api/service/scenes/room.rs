@@ -60,7 +60,13 @@ impl<'a> Room<'a> {
 
 impl Files for Room<'_> {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
-        self.files.read(name)
+        let bytes = self.files.read(name)?;
+        // An asset may be a large model.
+        if self.has_room(bytes.len() as u64) { Ok(bytes) } else { Err("has no room in memory".into()) }
+    }
+
+    fn has_asset(&self, hash: &str) -> bool {
+        self.files.has_asset(hash)
     }
 
     fn has_room(&self, bytes: u64) -> bool {

@@ -151,7 +151,7 @@ fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opti
     let mipmap = match (image, sky) {
         (Some(image), _) => pictures.get(image, Meaning::Color),
         (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
-        (None, None) => Arc::new(studio()),
+        (None, None) => studio(),
     };
     let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {

@@ -20,8 +20,9 @@ pub use camera::camera_of;
 pub use known::Original;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
-use super::description::{Accuracy, Description, Precision, Statistical};
+use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
 use super::effects::{Effect, Entry};
+use super::model::{has_models, read_models};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
@@ -31,7 +32,9 @@ use crate::bound::ceiling::Ceiling;
 use crate::control::milliseconds;
 use crate::film::Display;
 use crate::lanes::Real;
+use crate::shading::texture::mipmap::Mipmap;
 use crate::shading::texture::pattern::Textures;
+use std::borrow::Cow;
 use std::iter;
 use std::sync::Arc;
 use std::time::Instant;
@@ -73,6 +76,10 @@ pub struct Scene {
     pub overlap: f64,
     /// Bytes of the pictures on its surfaces and around it.
     pub picture_bytes: usize,
+    /// The pictures, in the order in which its description names them.
+    pub(in crate::scene) pictures: Vec<Arc<Mipmap>>,
+    /// The SHA-256 of each asset that it names.
+    pub assets: Vec<String>,
     /// Whether any of them came from a file: then the same text may be another scene next time.
     pub from_files: bool,
     /// Milliseconds spent building bounding volume hierarchies and what they hold.
@@ -250,6 +257,20 @@ fn told<R: Real>(
     Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
 
+impl Scene {
+    /// Turns pointers into what was built into those of the text, which has models in place of instances.
+    pub(in crate::scene) fn place(&mut self, models: &ModelBodies) {
+        if let Some(sources) = Arc::get_mut(&mut self.sources) {
+            sources.lists.iter_mut().chain(&mut sources.materials).for_each(|pointer| models.place(pointer));
+        }
+        self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| models.place(pointer));
+        for entry in &mut self.effects {
+            entry.because.dedup();
+        }
+        self.warnings.iter_mut().for_each(|warning| models.place(&mut warning.pointer));
+    }
+}
+
 impl Sources {
     fn bytes(&self) -> usize {
         let texts = self.lists.iter().chain(&self.materials);
@@ -311,19 +332,26 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let pictures = checked(description, files, false)?;
-    build_from(description, options, &pictures, warnings(description, None), None)
+    let mut description = Cow::Borrowed(description);
+    if description.models.get().is_none() && has_models(&description) {
+        read_models(description.to_mut(), files)?;
+    }
+    let whole = description.whole();
+    let pictures = checked(&whole, files, None)?;
+    build_from(&whole, options, &pictures, warnings(&whole, None), None)
 }
 
-/// Checks a description completely, but for objects that are known to be sound, and reads the pictures that it names.
+/// Checks a description completely, but for objects of `original`, which are known to be sound, and reads the pictures that it
+/// names and that are not known.
 pub(super) fn checked<'a>(
     description: &'a Description,
     files: &dyn Files,
-    has_sound_bodies: bool,
+    original: Option<Original<'a>>,
 ) -> Result<Pictures<'a>, Problems> {
+    let has_sound_bodies = original.is_some_and(|original| original.has_bodies_of(description));
     let checked = if has_sound_bodies { check_around_bodies(description) } else { check(description) };
     unless_cancelled()?;
-    match (checked, Pictures::read(description, files)) {
+    match (checked, Pictures::read(description, files, original)) {
         (Ok(()), Ok(pictures)) => Ok(pictures),
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
@@ -389,6 +417,8 @@ pub(super) fn build_from(
         expanded_primitives: built.expanded as u64,
         overlap: told.overlap,
         picture_bytes: pictures.bytes(),
+        pictures: pictures.all(description),
+        assets: Vec::new(),
         from_files: pictures.from_files,
         bvh_ms,
     })

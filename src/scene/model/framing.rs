@@ -6,9 +6,11 @@
 
 use super::view::View;
 use crate::math;
-use crate::models::{Model, ModelCamera, Projection};
-use crate::scene::description::{Camera, OrthographicCamera, PinholeCamera};
+use crate::models::{ModelCamera, Projection};
+use crate::scene::description::{Camera, Object, OrthographicCamera, PinholeCamera};
+use crate::scene::named::Named;
 use glam::{DMat4, DVec3};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Full vertical angle of view in degrees, as model-viewer has it.
@@ -45,6 +47,53 @@ fn turned(degrees: f64) -> (f64, f64) {
     }
 }
 
+/// The vertices of a model: lists of points, each with the matrices that place it.
+pub(super) struct Placed<'a>(Vec<(&'a [[f64; 3]], Vec<DMat4>)>);
+
+impl<'a> Placed<'a> {
+    /// Those of the objects of a model: meshes, and instances of meshes.
+    pub(super) fn of(objects: &'a [Object], definitions: &'a Named<Vec<Object>>) -> Self {
+        let (mut placed, mut places) = (Vec::new(), HashMap::new());
+        for object in objects {
+            match object {
+                Object::Mesh(mesh) => placed.push((mesh.vertices.as_slice(), vec![DMat4::IDENTITY])),
+                Object::Instance(instance) => {
+                    let matrix = instance.transform.matrix.map_or(DMat4::IDENTITY, |it| DMat4::from_cols_array(&it));
+                    places.entry(instance.of.as_str()).or_insert_with(Vec::new).push(matrix);
+                }
+                _ => {}
+            }
+        }
+        for (name, objects) in definitions {
+            let Some(matrices) = places.remove(name.as_str()) else { continue };
+            for object in objects {
+                if let Object::Mesh(mesh) = object {
+                    placed.push((mesh.vertices.as_slice(), matrices.clone()));
+                }
+            }
+        }
+        Self(placed)
+    }
+
+    /// The corners of the box around all of it, if there is any.
+    pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (positions, matrices) in &self.0 {
+            // Of what stands in few places each vertex counts, of what stands in many the box around it.
+            let boxed = (matrices.len() > 16).then(|| corners(positions));
+            let points = boxed.as_deref().unwrap_or(positions);
+            for matrix in matrices {
+                for point in points {
+                    let placed = matrix.transform_point3(DVec3::from_array(*point));
+                    (low, high) = (low.min(placed), high.max(placed));
+                }
+            }
+        }
+        let extent = (high - low).max_element();
+        (extent.is_finite() && extent > 0.0).then_some((low, high))
+    }
+}
+
 /// The largest and the smallest value of some linear functions over all vertices.
 struct Extremes<const N: usize> {
     directions: [DVec3; N],
@@ -52,17 +101,14 @@ struct Extremes<const N: usize> {
 }
 
 impl<const N: usize> Extremes<N> {
-    fn of(model: &Model, directions: [DVec3; N]) -> Self {
+    fn of(Placed(placed): &Placed<'_>, directions: [DVec3; N]) -> Self {
         let mut extremes = Self { directions, most: [f64::NEG_INFINITY; N] };
-        let vertices = |placed: &crate::models::Placement| {
-            model.geometries[placed.geometry].positions.len() as u64 * placed.transforms.len() as u64
-        };
-        let is_many = model.placements.iter().map(vertices).sum::<u64>() > VERTICES;
-        for placement in &model.placements {
-            let positions = &model.geometries[placement.geometry].positions;
-            let boxed = is_many.then(|| corners(positions));
+        let vertices: u64 =
+            placed.iter().map(|(positions, matrices)| positions.len() as u64 * matrices.len() as u64).sum();
+        for (positions, matrices) in placed {
+            let boxed = (vertices > VERTICES).then(|| corners(positions));
             let points = boxed.as_deref().unwrap_or(positions);
-            for matrix in &placement.transforms {
+            for matrix in matrices {
                 extremes.add(points, matrix);
             }
         }
@@ -82,7 +128,7 @@ impl<const N: usize> Extremes<N> {
 }
 
 /// The corners of the box around points.
-pub(super) fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
         for c in 0..3 {
@@ -94,7 +140,7 @@ pub(super) fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
 }
 
 /// A camera that sees all of the model.
-pub(super) fn framed(model: &Model, view: View, aspect: f64) -> Camera {
+pub(super) fn framed(model: &Placed<'_>, view: View, aspect: f64) -> Camera {
     let Axes { right, up, back } = Axes::of(view);
     let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
     let wide = tall * aspect;
@@ -126,7 +172,7 @@ fn upright(view: View, up: DVec3) -> DVec3 {
 }
 
 /// A camera of the file.
-pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
+pub(super) fn of_file(camera: &ModelCamera, model: &Placed<'_>) -> Camera {
     let matrix = camera.placed;
     let eye = matrix.w_axis.truncate();
     let back = matrix.transform_vector3(DVec3::Z).try_normalize().unwrap_or(DVec3::Z);
@@ -150,12 +196,9 @@ pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::{Geometry, Placement};
 
-    fn model(positions: Vec<[f64; 3]>) -> Model {
-        let geometry = Geometry { positions, triangles: vec![[0, 1, 2]], ..Geometry::default() };
-        let placement = Placement { geometry: 0, material: None, name: None, transforms: vec![DMat4::IDENTITY] };
-        Model { geometries: vec![geometry], placements: vec![placement], ..Model::default() }
+    fn model(points: &[[f64; 3]]) -> Placed<'_> {
+        Placed(vec![(points, vec![DMat4::IDENTITY])])
     }
 
     /// Where points are in the picture, from -1 to 1.
@@ -176,7 +219,7 @@ mod tests {
     fn every_vertex_is_inside_and_some_touch_the_margin() {
         let points: Vec<_> =
             (0..40).map(|i| [f64::from(i * 7 % 11), f64::from(i * 5 % 13) * 3.0, f64::from(i % 4)]).collect();
-        let model = model(points.clone());
+        let model = model(&points);
         for (view, aspect) in
             [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
         {
@@ -196,7 +239,8 @@ mod tests {
 
     #[test]
     fn a_flat_model_seen_from_its_edge_is_in_front_of_the_camera() {
-        let model = model(vec![[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]);
+        let points = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]];
+        let model = model(&points);
         let Camera::Pinhole(camera) = framed(&model, "front".parse().unwrap(), 1.0) else { panic!("a pinhole") };
         assert!(camera.eye[2] > 2.0 && camera.look_at[2] == 1.0, "{camera:?}");
     }

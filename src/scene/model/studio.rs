@@ -1,7 +1,6 @@
 //! The studio around a model: light from all sides, and a floor that shows nothing but the shadow of the key light.
 
 use crate::math;
-use crate::models::Model;
 use crate::scene::description::{Camera, Environment, EnvironmentLight, Material, Object, Pbr, Quad, Studio};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -31,27 +30,11 @@ pub(super) fn catcher() -> Material {
     Material { pbr: Some(Box::new(Pbr { shadow_catcher: true, ..Pbr::default() })), ..Material::default() }
 }
 
-/// A floor under the model, once it is known what its material is called.
-pub(super) fn floor(model: &Model) -> Option<impl FnOnce(String) -> Object + use<>> {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for placement in &model.placements {
-        let positions = &model.geometries[placement.geometry].positions;
-        let corners = super::framing::corners(positions);
-        // Of what stands in few places each vertex counts, of what stands in many the box around it.
-        let points = if placement.transforms.len() > 16 { &corners } else { positions };
-        for matrix in &placement.transforms {
-            for point in points {
-                let placed = matrix.transform_point3(DVec3::from_array(*point));
-                (low, high) = (low.min(placed), high.max(placed));
-            }
-        }
-    }
+/// A floor under a model within a box.
+pub(super) fn floor((low, high): (DVec3, DVec3), material: String) -> Object {
     let extent = (high - low).max_element();
-    let is_there = extent.is_finite() && extent > 0.0;
-    is_there.then_some(move |material| {
-        let (middle, reach, y) = ((low + high) / 2.0, FLOOR * extent, low.y - GAP * extent);
-        let corner = |x: f64, z: f64| [middle.x + x * reach, y, middle.z + z * reach];
-        let vertices = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
-        Object::Quad(Box::new(Quad { vertices, material: Some(material), name: Some("floor".into()) }))
-    })
+    let (middle, reach, y) = ((low + high) / 2.0, FLOOR * extent, low.y - GAP * extent);
+    let corner = |x: f64, z: f64| [middle.x + x * reach, y, middle.z + z * reach];
+    let vertices = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+    Object::Quad(Box::new(Quad { vertices, material: Some(material), name: Some("floor".into()) }))
 }

@@ -1,0 +1,71 @@
+//! The files that scenes find: assets of their tenant, and pictures in a folder of the service.
+
+use super::Assets;
+use super::shelf::in_store;
+use crate::service::scenes::texture_folder::TextureFolder;
+use crate::service::storage::objects::Objects;
+use std::sync::Arc;
+use strahl::scene::assets::hash_of;
+use strahl::scene::{Files, NoFiles};
+use tokio::runtime::Handle;
+
+/// Where scenes find the assets that they name.
+#[derive(Debug, Default)]
+pub(crate) enum AssetSource {
+    /// Nowhere.
+    #[default]
+    None,
+    /// Each tenant has its own.
+    Tenants(Arc<Assets>),
+    /// In the store of a farm. A front has looked whether the tenant has them.
+    Store(Objects, Handle),
+}
+
+impl AssetSource {
+    /// Whether a tenant has all of some assets; without a tenant it may see what there is.
+    pub(crate) fn has_all(&self, tenant: Option<&str>, hashes: &[String]) -> bool {
+        hashes.iter().all(|hash| self.has(tenant, hash))
+    }
+
+    fn has(&self, tenant: Option<&str>, hash: &str) -> bool {
+        match (self, tenant) {
+            (Self::None, _) => false,
+            (Self::Tenants(assets), Some(tenant)) => assets.owns(tenant, hash),
+            // It is read soon, and is then missing all the same.
+            (Self::Tenants(_), None) | (Self::Store(..), _) => true,
+        }
+    }
+
+    fn get(&self, tenant: Option<&str>, hash: &str) -> Option<Vec<u8>> {
+        match self {
+            Self::None => None,
+            Self::Tenants(assets) => assets.read(tenant, hash),
+            Self::Store(objects, runtime) => runtime.block_on(in_store(objects, hash, u64::MAX)),
+        }
+    }
+}
+
+/// The files of the scenes of a tenant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SceneFiles<'a> {
+    /// Pictures that have no hash.
+    pub(crate) folder: Option<&'a TextureFolder>,
+    /// What has one.
+    pub(crate) assets: &'a AssetSource,
+    /// The tenant, if only what is its own may be read.
+    pub(crate) tenant: Option<&'a str>,
+}
+
+impl Files for SceneFiles<'_> {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        match (hash_of(name), self.folder) {
+            (Some(hash), _) => self.assets.get(self.tenant, hash).ok_or_else(|| "is not here any more".to_owned()),
+            (None, Some(folder)) => folder.read(name),
+            (None, None) => NoFiles.read(name),
+        }
+    }
+
+    fn has_asset(&self, hash: &str) -> bool {
+        self.assets.has(self.tenant, hash)
+    }
+}

@@ -1,0 +1,159 @@
+//! What views of a model differ in: camera, lights, floor and film. Its bodies and materials are the same in each, so a second
+//! view is a variation of the first.
+
+use super::framing::{self, Placed};
+use super::{ModelOptions, SIDE, lamps, look, problems, studio};
+use crate::film::ToneMapping;
+use crate::models::{Lamp, ModelCamera, Warning};
+use crate::scene::compile::Original;
+use crate::scene::description::{
+    self as d, Camera, Description, Environment, FilmBackground, ImageSize, Light, Material, Object,
+};
+use crate::scene::load::{Loaded, NotLoaded, Steps};
+use crate::scene::named::Named;
+use crate::scene::nff::NffOptions;
+use crate::scene::problem::{Code, Problem, Problems};
+use crate::scene::{Files, Overrides};
+use glam::DVec3;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What is kept of a model beside its bodies and materials, so that it can be seen again.
+#[derive(Debug)]
+pub struct Views {
+    pub(super) name: Option<String>,
+    /// How many of the objects are the model's. The floor is no part of it.
+    pub(super) bodies: usize,
+    /// The box around it.
+    pub(super) bounds: Option<(DVec3, DVec3)>,
+    pub(super) cameras: Vec<ModelCamera>,
+    pub(super) lamps: Vec<Lamp>,
+    /// What was said when it was read, and what of its materials scenes cannot say.
+    pub(super) warnings: [Vec<Warning>; 2],
+}
+
+/// A view.
+pub(super) struct Seen {
+    camera: Camera,
+    image: ImageSize,
+    lights: Vec<Light>,
+    environment: Option<Environment>,
+    exposure: f64,
+    has_floor: bool,
+    warnings: Vec<Problem>,
+}
+
+impl Views {
+    /// A view of the model's bodies.
+    pub(super) fn seen(
+        &self,
+        objects: &[Object],
+        definitions: &Named<Vec<Object>>,
+        overrides: &Overrides,
+    ) -> Result<Seen, Problems> {
+        let options = &overrides.model;
+        let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
+        let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
+        let camera = self.camera(&Placed::of(objects, definitions), options, aspect)?;
+        let [mut warnings, of_look] = self.warnings.clone();
+        let lit_by = lamps::lights(&self.lamps, options, &camera, &mut warnings);
+        warnings.extend(of_look);
+        // From below it would be between the camera and the model.
+        let is_above = camera.view().eye[1] > camera.view().look_at[1];
+        Ok(Seen {
+            camera,
+            image,
+            lights: lit_by.lights,
+            environment: lit_by.surroundings,
+            exposure: lit_by.exposure,
+            has_floor: self.bounds.is_some() && lit_by.is_studio && is_above,
+            warnings: warnings.into_iter().map(problems::of_warning).collect(),
+        })
+    }
+
+    /// The camera that is asked for, or one that sees all of the model.
+    fn camera(&self, model: &Placed<'_>, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
+        let Some(index) = options.camera else {
+            return Ok(framing::framed(model, options.view.unwrap_or_default(), aspect));
+        };
+        match self.cameras.get(index as usize) {
+            Some(camera) => Ok(framing::of_file(camera, model)),
+            None => {
+                let detail = format!(
+                    "there is no camera {index}: the file has {}, counted from 0; without camera= the whole model is seen",
+                    self.cameras.len()
+                );
+                Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))
+            }
+        }
+    }
+
+    /// The model in that view, with its materials.
+    pub(super) fn described(
+        &self,
+        seen: Seen,
+        definitions: Named<Vec<Object>>,
+        mut objects: Vec<Object>,
+        mut materials: Named<Material>,
+    ) -> (Description, Vec<Problem>) {
+        if let Some(bounds) = self.bounds.filter(|_| seen.has_floor) {
+            let name = look::free_name(&materials, "floor");
+            materials.insert(name.clone(), studio::catcher());
+            objects.push(studio::floor(bounds, name));
+        }
+        self.around(seen, Arc::new(definitions), Arc::new(objects), materials)
+    }
+
+    fn around(
+        &self,
+        seen: Seen,
+        definitions: Arc<Named<Vec<Object>>>,
+        objects: Arc<Vec<Object>>,
+        materials: Named<Material>,
+    ) -> (Description, Vec<Problem>) {
+        let mut description = Description::new(seen.camera, Vec::new());
+        (description.definitions, description.objects, description.materials) = (definitions, objects, materials);
+        description.name.clone_from(&self.name);
+        description.image = seen.image;
+        description.environment = seen.environment;
+        // The surroundings are all the light there is from all around.
+        description.ambient = d::Color::BLACK;
+        description.lights = seen.lights;
+        description.film = d::Film {
+            exposure: seen.exposure,
+            tone: ToneMapping::KhronosPbrNeutral,
+            background: FilmBackground::Transparent,
+        };
+        (description, seen.warnings)
+    }
+
+    /// Whether a view of the model has a floor.
+    pub fn has_floor(&self, view: &Description) -> bool {
+        view.objects.len() > self.bodies
+    }
+
+    /// Another view of a model, if `accept` wants it, in the hierarchies and with the pictures of `original`, which is one. None if
+    /// only one of the two has a floor: then the model has to be read again.
+    pub fn again<E>(
+        &self,
+        original: Original<'_>,
+        overrides: &Overrides,
+        files: &dyn Files,
+        accept: impl FnOnce(&Description) -> Result<(), E>,
+    ) -> Result<Option<Loaded>, NotLoaded<E>> {
+        let (start, own) = (Instant::now(), original.description);
+        let seen = self.seen(&own.objects[..self.bodies.min(own.objects.len())], &own.definitions, overrides)?;
+        if seen.has_floor != self.has_floor(own) {
+            return Ok(None);
+        }
+        let (definitions, objects) = (Arc::clone(&own.definitions), Arc::clone(&own.objects));
+        let (mut description, mut all) = self.around(seen, definitions, objects, own.materials.clone());
+        overrides.apply(&mut description);
+        let steps = Steps::read(start);
+        let (mut pictures, warnings) = steps.checked(&description, files, accept, Some(original))?;
+        pictures.from_files |= original.scene.from_files;
+        all.extend(warnings);
+        let scene = steps.build(&description, NffOptions::default(), pictures, all, Some(original))?;
+        Ok(Some(steps.loaded(description, scene, NffOptions::default(), Vec::new())))
+    }
+}
