@@ -3,7 +3,7 @@
 use super::assets;
 use super::check::{check, settings_are_sound, warnings};
 use super::compile::{CompileOptions, Original, build_from, checked};
-use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
+use super::description::{Accuracy, Camera, Description, FilmBackground, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::model::{self, ModelOptions, Views, read_models};
@@ -14,6 +14,7 @@ use super::read::{self, Mended, Unreadable, read_json};
 use super::recognise::{Recognised, recognise, recognise_start};
 use super::{Problem, Problems, Scene};
 use crate::control::milliseconds;
+use crate::film::ToneMapping;
 use crate::models::ModelFormat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -74,6 +75,15 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
+    /// What the camera sees where nothing is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<FilmBackground>,
+    /// Exposure in stops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f64>,
+    /// How light brighter than white is compressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tone: Option<ToneMapping>,
     /// Eye and target of a pinhole camera in place of the scene's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seen_from: Option<[[f64; 3]; 2]>,
@@ -363,6 +373,9 @@ impl Overrides {
             samples: self.samples.or(other.samples),
             antialias: self.antialias.or(other.antialias),
             precision: self.precision.or(other.precision),
+            background: self.background.or(other.background),
+            exposure: self.exposure.or(other.exposure),
+            tone: self.tone.or(other.tone),
             seen_from: self.seen_from.or(other.seen_from),
             nff: other.nff,
             model: other.model,
@@ -380,7 +393,7 @@ impl Overrides {
 
     /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
-        let Description { image, render, camera, .. } = description;
+        let Description { image, render, camera, film, .. } = description;
         if let Some([eye, look_at]) = self.seen_from {
             *camera = Camera::Pinhole(PinholeCamera::looking(eye, look_at));
         }
@@ -392,6 +405,9 @@ impl Overrides {
         render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
         render.precision = self.precision.unwrap_or(render.precision);
+        film.background = self.background.unwrap_or(film.background);
+        film.exposure = self.exposure.unwrap_or(film.exposure);
+        film.tone = self.tone.unwrap_or(film.tone);
     }
 
     /// The same with its problems located in the text.
@@ -411,7 +427,7 @@ impl Overrides {
         let overrides = serde_json::to_value(self).unwrap_or_default();
         for problem in problems {
             let pointer = &problem.pointer;
-            let key = pointer.strip_prefix("/image/").or_else(|| pointer.strip_prefix("/render/"));
+            let key = ["/image/", "/render/", "/film/"].iter().find_map(|part| pointer.strip_prefix(part));
             let is_camera = self.seen_from.is_some() && pointer.starts_with("/camera/");
             if is_camera || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::models::Which;
 use strahl::render::Layers;
-use strahl::scene::description::{Accuracy, Precision};
+use strahl::scene::description::{Accuracy, FilmBackground, Precision};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::model::{ModelOptions, View};
 use strahl::scene::nff::NffOptions;
@@ -59,6 +59,7 @@ enum Values {
     Point,
     Accuracy,
     View,
+    Background,
     /// A number from 0, or a name.
     Which,
 }
@@ -68,6 +69,9 @@ const MAX_WHOLE: u64 = i64::MAX as u64;
 
 /// More pixels than any picture has.
 const MAX_PIXELS: u64 = u32::MAX as u64;
+
+/// Pixels across and down of the preview of a page, as the Open Graph protocol's users show it.
+const PREVIEW: [u32; 2] = [1200, 630];
 
 /// Three numbers as a pattern.
 const POINT: &str = "^ *[-+.0-9eE]+ *, *[-+.0-9eE]+ *, *[-+.0-9eE]+ *$";
@@ -100,6 +104,7 @@ impl Parameter {
             Values::Point => json!({ "type": "string", "pattern": POINT }),
             Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
             Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
+            Values::Background => json!({ "type": "string", "pattern": FilmBackground::PATTERN }),
         }
     }
 }
@@ -121,6 +126,7 @@ impl Values {
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
             Self::View => View::WRITTEN.into(),
+            Self::Background => FilmBackground::WRITTEN.into(),
             Self::Which => Which::WRITTEN.into(),
         }
     }
@@ -304,9 +310,10 @@ impl Query {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
             self.wrong("two_sided", "unsupported", detail.into());
         }
+        let [width, height] = self.size();
         Overrides {
-            width: self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE),
-            height: self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE),
+            width,
+            height,
             max_depth: self.up_to("max_depth", "Longest chain of rays; the primary ray counts 1.", limits::MAX_DEPTH),
             min_weight: self.take(
                 "min_weight",
@@ -324,10 +331,52 @@ impl Query {
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
+            background: self.take(
+                "background",
+                "What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is.",
+                Values::Background,
+                |text| text.parse().ok(),
+            ),
+            exposure: self.take(
+                "exposure",
+                "Exposure in stops, each of which doubles the light, in place of the scene's.",
+                Values::Number(-32.0, Some(32.0), None),
+                |text| text.parse().ok().filter(|stops: &f64| stops.abs() <= 32.0),
+            ),
+            tone: self.word("tone", "How light brighter than white is compressed, in place of what the scene says."),
             seen_from: None,
             nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
             model: self.model(),
         }
+    }
+
+    /// `width`, `height`, `size` and `dpr`.
+    fn size(&mut self) -> [Option<u32>; 2] {
+        let width = self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE);
+        let height = self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE);
+        let about = "A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.";
+        let size = self.take("size", about, Values::Words(vec!["og".into()]), |name| (name == "og").then_some(PREVIEW));
+        let about = "Pixels of the device for each of width and height.";
+        let values = Values::Number(0.25, Some(8.0), None);
+        let dpr = self.take("dpr", about, values, |text| {
+            text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio))
+        });
+        if size.is_some() && (width.is_some() || height.is_some()) {
+            self.wrong("size", "unsupported", "it takes the place of width and height: give either".into());
+        }
+        let [width, height] = size.map_or([width, height], |size| size.map(Some));
+        let Some(dpr) = dpr else { return [width, height] };
+        if width.is_none() || height.is_none() {
+            self.wrong("dpr", "unsupported", "it multiplies width and height: give both, or size=og".into());
+        }
+        [width, height].map(|pixels| {
+            let scaled = f64::from(pixels?) * dpr;
+            let most = limits::IMAGE_SIDE.max as f64;
+            if scaled > most {
+                self.wrong("dpr", "out-of-range", format!("{scaled} pixels are more than {most} (image_side)"));
+            }
+            Some(scaled.round().clamp(1.0, most) as u32)
+        })
     }
 
     /// What is asked of a model; scenes refuse it.

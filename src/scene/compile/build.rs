@@ -96,8 +96,8 @@ pub(super) fn build<R: Real>(
         lights,
         ambient: narrow_rgb(description.ambient.0 + around),
         background: narrow_rgb(background),
-        behind: (description.film.background == d::FilmBackground::Transparent).then(|| narrow_rgb(Rgb::ZERO)),
-        display: Display::new(description.film.exposure, description.film.tone),
+        behind: (description.film.background != d::FilmBackground::Scene).then(|| narrow_rgb(Rgb::ZERO)),
+        display: display(&description.film),
         environment,
         surroundings,
         fog,
@@ -140,6 +140,15 @@ pub(super) fn build<R: Real>(
         world.light_cells = cells.map(Arc::new);
     }
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
+}
+
+/// How light becomes colours.
+fn display(film: &d::Film) -> Display {
+    let display = Display::new(film.exposure, film.tone);
+    match film.background {
+        d::FilmBackground::Color(color) => display.over(color.0.to_array()),
+        d::FilmBackground::Scene | d::FilmBackground::Transparent => display,
+    }
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.

@@ -2,6 +2,7 @@
 
 mod access;
 mod answer_sizes;
+mod assets;
 mod compare;
 mod contract;
 mod deliveries;
