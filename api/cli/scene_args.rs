@@ -124,6 +124,7 @@ impl ModelArgs {
             variant: self.variant,
             light: self.light,
             strict: self.strict.then_some(true),
+            around: None,
         }
     }
 }

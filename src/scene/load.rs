@@ -6,7 +6,7 @@ use super::compile::{CompileOptions, Original, build_from, checked};
 use super::description::{Accuracy, Camera, Description, FilmBackground, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
-use super::model::{self, ModelOptions, Views, read_models};
+use super::model::{self, ModelOptions, Views, has_models, read_models};
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Code, unless_cancelled};
@@ -43,6 +43,11 @@ pub enum Format {
 }
 
 impl Format {
+    /// Whether it is one of models, in one file or in several parts.
+    pub fn is_model(self) -> bool {
+        self.model().is_some() || self == Self::Parts
+    }
+
     /// The format of a model in one file.
     pub fn model(self) -> Option<ModelFormat> {
         match self {
@@ -240,17 +245,22 @@ fn load_json<E>(
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let steps = Steps::read(start);
+            let known = if has_models(&description) { files.known(&description) } else { None };
+            let known = known.as_ref().and_then(|known| known.original());
+            let known = known.filter(|known| description.takes_objects_of(known.description));
             let prepared = prepare(&mut description, files);
             let assets = prepared.map_err(|problems| overrides.located(json, NotLoaded::Problems(problems)))?;
             let whole = description.whole();
-            let checked = steps.checked(&whole, files, accept, None);
+            let own = known.map(|known| (known.description.whole(), known.scene));
+            let known = own.as_ref().map(|(description, scene)| Original { description, scene });
+            let checked = steps.checked(&whole, files, accept, known);
             let checked = checked.map_err(|error| overrides.located(json, meant(&description, error)));
             let (pictures, mut warnings) = checked?;
             overrides.locate(json, &mut warnings);
             warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
             // Only definitions can still become too large, when they are expanded.
             let text = (!whole.definitions.is_empty()).then_some(text);
-            let built = steps.build(&whole, NffOptions::default(), pictures, warnings, None);
+            let built = steps.build(&whole, NffOptions::default(), pictures, warnings, known);
             let scene = built.map_err(|problems| {
                 let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
                 overrides.located(json, meant(&description, NotLoaded::Problems(problems)))

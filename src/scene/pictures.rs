@@ -4,7 +4,7 @@
 //! and the pixels of all pictures together.
 
 use super::assets::hash_of;
-use super::compile::Original;
+use super::compile::{KnownScene, Original};
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
@@ -29,6 +29,11 @@ pub trait Files: Sync {
     /// Whether there is an asset of this SHA-256, which is then read under the name `sha256:` and its digits.
     fn has_asset(&self, _hash: &str) -> bool {
         false
+    }
+
+    /// A scene that is kept and may have the same objects, among them models. This one is then built as a variation of it.
+    fn known(&self, _description: &Description) -> Option<Arc<dyn KnownScene>> {
+        None
     }
 
     /// Whether there is memory for so many bytes more, asked before a picture is decoded. Without it the scene is not built.

@@ -60,6 +60,7 @@ enum Values {
     Accuracy,
     View,
     Background,
+    Sheet,
     /// A number from 0, or a name.
     Which,
 }
@@ -104,6 +105,7 @@ impl Parameter {
             Values::Point => json!({ "type": "string", "pattern": POINT }),
             Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
             Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
+            Values::Sheet => json!({ "type": "string", "pattern": "^[1-9][0-9]{0,3}x[1-9][0-9]{0,3}$" }),
             Values::Background => json!({ "type": "string", "pattern": FilmBackground::PATTERN }),
         }
     }
@@ -126,6 +128,7 @@ impl Values {
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
             Self::View => View::WRITTEN.into(),
+            Self::Sheet => "columns and rows, as 6x6".into(),
             Self::Background => FilmBackground::WRITTEN.into(),
             Self::Which => Which::WRITTEN.into(),
         }
@@ -255,6 +258,15 @@ impl Query {
         self.take(name, about, Values::Words(names), read)
     }
 
+    /// How many are side by side and below each other, as COLUMNSxROWS.
+    pub(crate) fn sheet(&mut self, name: &'static str, about: &'static str) -> Option<[u32; 2]> {
+        self.take(name, about, Values::Sheet, |text| {
+            let (columns, rows) = text.split_once('x')?;
+            let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=1_000).contains(side));
+            Some([side(columns)?, side(rows)?])
+        })
+    }
+
     /// The value of a parameter, as `read` understands it.
     fn take<T>(
         &mut self,
@@ -354,13 +366,13 @@ impl Query {
     fn size(&mut self) -> [Option<u32>; 2] {
         let width = self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE);
         let height = self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE);
-        let about = "A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.";
+        let about =
+            "A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.";
         let size = self.take("size", about, Values::Words(vec!["og".into()]), |name| (name == "og").then_some(PREVIEW));
         let about = "Pixels of the device for each of width and height.";
         let values = Values::Number(0.25, Some(8.0), None);
-        let dpr = self.take("dpr", about, values, |text| {
-            text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio))
-        });
+        let dpr = self
+            .take("dpr", about, values, |text| text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio)));
         if size.is_some() && (width.is_some() || height.is_some()) {
             self.wrong("size", "unsupported", "it takes the place of width and height: give either".into());
         }
@@ -396,6 +408,7 @@ impl Query {
             variant: self.which("variant", "Which variant of a model's materials, by its place from 0 or its name."),
             light: self.word("light", "Which lights shine on a model."),
             strict: self.flag("strict", "Whether what a model requires and is not simulated is refused."),
+            around: None,
         }
     }
 

@@ -10,6 +10,7 @@ use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final, wishes_of};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
 use crate::http::respond::streamed::{WAITING, streamed};
+use crate::http::respond::turntable;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::WantedJob;
@@ -32,6 +33,7 @@ pub(super) fn routes() -> Vec<Route> {
             .or_else(other_methods)
             .query(Query::output)
             .query(Query::layers)
+            .query(turntable::parameters)
             .picture(),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
             .query(Query::region)
@@ -43,6 +45,9 @@ pub(super) fn routes() -> Vec<Route> {
 }
 
 async fn whole(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    if turntable::is_asked(request.uri()) {
+        return turntable::answer(app, request).await;
+    }
     let prefer = Prefer::of(request.headers());
     if prefer != Prefer::default() {
         return as_job(app, request, prefer).await;

@@ -2,11 +2,14 @@
 
 use super::Assets;
 use super::shelf::in_store;
+use crate::service::scenes::ids::BodiesDigest;
+use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scenes::texture_folder::TextureFolder;
+use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::Objects;
 use std::sync::Arc;
 use strahl::scene::assets::hash_of;
-use strahl::scene::{Files, NoFiles};
+use strahl::scene::{Description, Files, NoFiles};
 use tokio::runtime::Handle;
 
 /// Where scenes find the assets that they name.
@@ -52,8 +55,18 @@ pub(crate) struct SceneFiles<'a> {
     pub(crate) folder: Option<&'a TextureFolder>,
     /// What has one.
     pub(crate) assets: &'a AssetSource,
+    /// Scenes with models that are kept.
+    pub(crate) kept: &'a LruCache<BodiesDigest, Arc<PreparedScene>>,
     /// The tenant, if only what is its own may be read.
     pub(crate) tenant: Option<&'a str>,
+}
+
+impl SceneFiles<'_> {
+    /// A scene that is kept with the objects of another one, among which are models. Whether they are the same is yet to be
+    /// looked at, and so is whether the tenant has the assets.
+    pub(crate) fn with_models_of(&self, description: &Description) -> Option<Arc<PreparedScene>> {
+        self.kept.get(&BodiesDigest::of(description))
+    }
 }
 
 impl Files for SceneFiles<'_> {

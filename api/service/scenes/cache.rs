@@ -4,6 +4,7 @@
 //! The key of a scene is a hash of its bytes, format and settings. Invalid scenes are not cached, nor are scenes with textures
 //! from files, which may change between requests.
 
+use super::ids::BodiesDigest;
 use super::prepared::{Loading, PreparedScene};
 use super::room::Room;
 use super::store::SceneStore;
@@ -42,6 +43,8 @@ pub(crate) struct SceneCache {
     varied: Arc<LruCache<Key, Arc<PreparedScene>>>,
     /// Views of models, of which other views are made.
     pub(super) models: Arc<LruCache<ModelKey, Arc<PreparedScene>>>,
+    /// Scenes with models, of which those with the same models are made.
+    pub(super) placed: Arc<LruCache<BodiesDigest, Arc<PreparedScene>>>,
     /// What scenes take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Key with which the scene of an id was last sent.
@@ -117,7 +120,7 @@ impl<'a> SentScene<'a> {
     }
 
     /// The tenant whose assets it may name.
-    fn owner(&self, workers: &'a Workers) -> Option<&'a str> {
+    pub(super) fn owner(&self, workers: &'a Workers) -> Option<&'a str> {
         (!self.is_known).then(|| workers.tenant())
     }
 }
@@ -173,12 +176,15 @@ impl SceneCache {
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&varied));
         let models = Arc::new(LruCache::new(budget));
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&models));
+        let placed = Arc::new(LruCache::new(budget));
+        memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&placed));
         Self {
             textures,
             assets: AssetSource::None,
             built,
             varied,
             models,
+            placed,
             memory,
             ids: LruCache::new(IDS),
             store,
@@ -206,7 +212,7 @@ impl SceneCache {
 
     /// Bytes of the built scenes.
     pub(crate) fn bytes(&self) -> u64 {
-        self.built.bytes() + self.varied.bytes() + self.models.bytes()
+        self.built.bytes() + self.varied.bytes() + self.models.bytes() + self.placed.bytes()
     }
 
     /// The scene, from the cache or else read, checked and compiled on the pool.
@@ -330,21 +336,38 @@ impl SceneCache {
             }
         };
         if let Some(key) = sent.model_key() {
-            let first = |accept: Accepts<'_>| self.load(workers, sent, format, accept);
+            let first = |accept: Accepts<'_>| {
+                self.load(workers, sent, format, accept).map(|(loaded, share, _)| (loaded, share))
+            };
             return self.view(workers, sent, key, accept, read, first);
         }
-        let (loaded, share) = self.load(workers, sent, format, accept)?;
-        workers.work(|| read(Built { loaded, original: None }, share)).map_err(Error::from)
+        let (loaded, share, base) = self.load(workers, sent, format, accept)?;
+        let has_models = !loaded.scene.assets.is_empty() && !loaded.scene.from_files && loaded.description.has_models();
+        if base.is_some() || !has_models {
+            return workers.work(|| read(Built { loaded, original: base }, share)).map_err(Error::from);
+        }
+        let (parse_ms, plan_ms, bvh_ms) = (loaded.parse_ms, loaded.plan_ms, loaded.scene.bvh_ms);
+        let base = Arc::new(workers.work(|| PreparedScene::to_vary(loaded, None).with(share))?);
+        let bytes = base.bytes();
+        drop(self.placed.put(base.bodies, Arc::clone(&base), bytes));
+        let spent = |Built { mut loaded, original }, share| {
+            // What this request has spent is what reading the models took.
+            (loaded.parse_ms, loaded.plan_ms) = (parse_ms, plan_ms + loaded.plan_ms);
+            loaded.scene.bvh_ms += bvh_ms;
+            read(Built { loaded, original }, share)
+        };
+        self.vary(workers, base, (b"{}", &Overrides::default()), |_| Ok(()), spent)
     }
 
-    /// Reads, checks and compiles a scene unless `accept` refuses it, with the memory that it takes.
+    /// Reads, checks and compiles a scene unless `accept` refuses it. Returns it with the memory that it takes, and the scene that it
+    /// is a variation of.
     fn load(
         &self,
         workers: &Workers,
         sent: &SentScene<'_>,
         format: Format,
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-    ) -> Result<(Loaded, Share), Error> {
+    ) -> Result<(Loaded, Share, Option<Arc<PreparedScene>>), Error> {
         let &SentScene { text, ref overrides, .. } = sent;
         let files = self.files(sent.owner(workers));
         let room = Room::new(&files, self.memory.share(text.len() as u64));
@@ -361,7 +384,8 @@ impl SceneCache {
             loaded.map_err(Error::from)
         };
         let loaded = workers.work(build)??;
-        Ok((loaded, room.into_share()))
+        let base = room.base();
+        Ok((loaded, room.into_share(), base))
     }
 
     /// The same for what a patch and settings make of another scene.
@@ -444,7 +468,7 @@ impl SceneCache {
 
     /// The files that scenes of a tenant may name; without one, any that are there.
     pub(crate) fn files<'a>(&'a self, tenant: Option<&'a str>) -> SceneFiles<'a> {
-        SceneFiles { folder: self.textures.as_ref(), assets: &self.assets, tenant }
+        SceneFiles { folder: self.textures.as_ref(), assets: &self.assets, kept: &self.placed, tenant }
     }
 }
 

@@ -9,7 +9,7 @@ use strahl::film::Region;
 use strahl::plan::pilot::{Effort, Pilot};
 use strahl::plan::{Outline, Plan};
 use strahl::render::{Cancelled, Control};
-use strahl::scene::compile::Original;
+use strahl::scene::compile::{KnownScene, Original};
 use strahl::scene::description::RenderSettings;
 use strahl::scene::model::Views;
 use strahl::scene::nff::NffOptions;
@@ -34,7 +34,7 @@ pub(crate) struct PreparedScene {
     /// How long loading took.
     pub(crate) loading: Loading,
     /// The hash of its objects and definitions.
-    bodies: BodiesDigest,
+    pub(super) bodies: BodiesDigest,
     /// What it was built from, and the bytes of that, if variations are made of it.
     description: Option<(Description, u64)>,
     /// The scene that it is a variation of, whose geometry it may share.
@@ -150,6 +150,12 @@ impl PreparedScene {
         };
         let description = self.description.as_ref().map_or(0, |(_, bytes)| *bytes);
         (scene + self.outline.bytes() + own) as u64 + description + ENTRY_BYTES
+    }
+}
+
+impl KnownScene for PreparedScene {
+    fn original(&self) -> Option<Original<'_>> {
+        self.original()
     }
 }
 

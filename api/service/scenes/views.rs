@@ -10,7 +10,7 @@ use crate::service::scheduler::pool::Workers;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use strahl::scene::model::ModelOptions;
-use strahl::scene::{Description, Format, Loaded};
+use strahl::scene::{Description, Loaded};
 
 /// Bytes of the longest model that is kept with its description, which takes as much memory again as the built scene.
 const KEPT: usize = 32 << 20;
@@ -22,11 +22,10 @@ impl SentScene<'_> {
     /// A hash of all that views of a model have in common; none for what is no model.
     pub(super) fn model_key(&self) -> Option<Key> {
         let Form::Whole(format) = self.form else { return None };
-        let is_model = format.model().is_some() || *format == Format::Parts;
-        let common = ModelOptions { view: None, camera: None, light: None, ..self.overrides.model };
+        let common = ModelOptions { view: None, camera: None, light: None, around: None, ..self.overrides.model };
         let said = format!("{format:?} {common:?}\n");
         let hash = || Sha256::new().chain_update(said).chain_update(self.digest).finalize().into();
-        (is_model && self.text.len() <= KEPT).then(hash)
+        (format.is_model() && self.text.len() <= KEPT).then(hash)
     }
 }
 
@@ -74,7 +73,7 @@ impl SceneCache {
         base: &PreparedScene,
         accept: Accepts<'_>,
     ) -> Result<Option<(Loaded, Share)>, Error> {
-        let files = self.files(None);
+        let files = self.files(sent.owner(workers));
         let room = Room::new(&files, self.memory.share(sent.text.len() as u64));
         let again = || {
             let lost = Error::Internal("a view of a model has no description");

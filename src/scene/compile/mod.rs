@@ -17,7 +17,7 @@ mod unseen;
 mod vary;
 
 pub use camera::camera_of;
-pub use known::Original;
+pub use known::{KnownScene, Original};
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};

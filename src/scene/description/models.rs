@@ -130,12 +130,27 @@ impl Description {
         Cow::Owned(whole)
     }
 
+    /// Whether it places models, and they have been read.
+    pub fn has_models(&self) -> bool {
+        self.models.get().is_some()
+    }
+
     /// Takes what is known of the models of another scene with the same objects, unless that has the name of a material of this one.
     pub(in crate::scene) fn take_models_of(&mut self, other: &Self) {
         let is_free = |bodies: &ModelBodies| !self.materials.keys().any(|name| bodies.materials.contains_key(name));
         if other.models.get().is_some_and(is_free) {
             self.models = other.models.clone();
         }
+    }
+
+    /// Shares the objects of another scene if they are the same, with what is known of their models; whether they are.
+    pub(in crate::scene) fn takes_objects_of(&mut self, other: &Self) -> bool {
+        let same = self.objects == other.objects && self.definitions == other.definitions;
+        if same {
+            (self.objects, self.definitions) = (Arc::clone(&other.objects), Arc::clone(&other.definitions));
+            self.take_models_of(other);
+        }
+        same
     }
 
     /// Objects and definitions as they are built.

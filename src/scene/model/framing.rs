@@ -17,6 +17,8 @@ use std::f64::consts::PI;
 const VERTICAL: f64 = 30.0;
 /// The part of the picture that the model may fill: 5 % are left at each edge.
 const FILLED: f64 = 0.9;
+/// Sides from which a model is looked at that the camera goes around.
+const SIDES: u32 = 72;
 /// Vertices, as they are placed, that are looked at one by one; of more the boxes around them are.
 const VERTICES: u64 = 50_000_000;
 
@@ -101,10 +103,11 @@ struct Extremes<const N: usize> {
 }
 
 impl<const N: usize> Extremes<N> {
-    fn of(Placed(placed): &Placed<'_>, directions: [DVec3; N]) -> Self {
+    /// `times`: how often that is asked.
+    fn of(Placed(placed): &Placed<'_>, directions: [DVec3; N], times: u64) -> Self {
         let mut extremes = Self { directions, most: [f64::NEG_INFINITY; N] };
         let vertices: u64 =
-            placed.iter().map(|(positions, matrices)| positions.len() as u64 * matrices.len() as u64).sum();
+            placed.iter().map(|(positions, matrices)| positions.len() as u64 * matrices.len() as u64 * times).sum();
         for (positions, matrices) in placed {
             let boxed = (vertices > VERTICES).then(|| corners(positions));
             let points = boxed.as_deref().unwrap_or(positions);
@@ -148,6 +151,7 @@ pub(super) fn framed(model: &Placed<'_>, view: View, aspect: f64) -> Camera {
     let Extremes { most, .. } = Extremes::of(
         model,
         [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back],
+        1,
     );
     let [east, west, north, south, near, far] = most;
     let (x, y) = ((east - west) / 2.0, (north - south) / 2.0);
@@ -166,6 +170,28 @@ pub(super) fn framed(model: &Placed<'_>, view: View, aspect: f64) -> Camera {
     })
 }
 
+/// A camera that looks at the middle of the model, and sees all of it from each side that a turn around the vertical axis leads to.
+pub(super) fn framed_around(model: &Placed<'_>, (low, high): (DVec3, DVec3), view: View, aspect: f64) -> Camera {
+    let (middle, extent) = ((low + high) / 2.0, (high - low).max_element());
+    let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
+    let wide = tall * aspect;
+    let mut distance = 0.0_f64;
+    for side in 0..SIDES {
+        let theta = view.theta + 360.0 * f64::from(side) / f64::from(SIDES);
+        let Axes { right, up, back } = Axes::of(View { theta, ..view });
+        let planes = [right / wide + back, back - right / wide, up / tall + back, back - up / tall, back];
+        let Extremes { most, .. } = Extremes::of(model, planes, u64::from(SIDES));
+        let [sides @ .., near] = std::array::from_fn::<f64, 5, _>(|i| most[i] - planes[i].dot(middle));
+        distance = sides.into_iter().fold(distance, f64::max).max(near + 1e-3 * extent);
+    }
+    let Axes { up, back, .. } = Axes::of(view);
+    Camera::Pinhole(PinholeCamera {
+        up: upright(view, up).to_array(),
+        vfov_deg: VERTICAL,
+        ..PinholeCamera::looking((middle + back * distance).to_array(), middle.to_array())
+    })
+}
+
 /// +y, but where the camera looks along it.
 fn upright(view: View, up: DVec3) -> DVec3 {
     if view.phi > 0.01 && view.phi < 179.99 { DVec3::Y } else { up }
@@ -178,7 +204,7 @@ pub(super) fn of_file(camera: &ModelCamera, model: &Placed<'_>) -> Camera {
     let back = matrix.transform_vector3(DVec3::Z).try_normalize().unwrap_or(DVec3::Z);
     let up = matrix.transform_vector3(DVec3::Y).try_normalize().unwrap_or(DVec3::Y);
     // What is in focus is as far as the middle of the model.
-    let Extremes { most: [near, far], .. } = Extremes::of(model, [back, -back]);
+    let Extremes { most: [near, far], .. } = Extremes::of(model, [back, -back], 1);
     let distance = (back.dot(eye) - (near - far) / 2.0).max(1e-3 * (near + far).max(1e-6));
     let look_at = (eye - back * distance).to_array();
     match camera.projection {
@@ -235,6 +261,25 @@ mod tests {
             };
             assert!(touched(0) || touched(1), "{view}");
         }
+    }
+
+    #[test]
+    fn a_model_stays_inside_while_the_camera_goes_around_it() {
+        let points: Vec<_> = (0..30).map(|i| [f64::from(i % 3) * 5.0, f64::from(i), f64::from(i % 7) - 20.0]).collect();
+        let model = model(&points);
+        let bounds = model.bounds().unwrap();
+        let Camera::Pinhole(camera) = framed_around(&model, bounds, View { theta: 10.0, phi: 60.0 }, 1.5) else {
+            panic!("a pinhole")
+        };
+        let middle = DVec3::from_array(camera.look_at);
+        let mut most = 0.0_f64;
+        for side in 0..36 {
+            let turned = DMat4::from_rotation_y(f64::from(side) * PI / 18.0);
+            let eye = middle + turned.transform_vector3(DVec3::from_array(camera.eye) - middle);
+            let camera = PinholeCamera { eye: eye.to_array(), ..camera.clone() };
+            most = seen(&camera, 1.5, &points).iter().flatten().fold(most, |most, at| most.max(at.abs()));
+        }
+        assert!((FILLED - 0.01..FILLED + 1e-9).contains(&most), "{most}");
     }
 
     #[test]

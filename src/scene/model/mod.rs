@@ -59,6 +59,9 @@ pub struct ModelOptions {
     /// Whether what cannot be simulated is refused, where the file requires it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strict: Option<bool>,
+    /// Whether the camera goes around it: then it stands where all of the model is inside of the picture from each side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub around: Option<bool>,
 }
 
 /// Lights on a model.
@@ -86,6 +89,7 @@ impl ModelOptions {
         variant: None,
         light: None,
         strict: None,
+        around: None,
     };
 
     fn choice(&self) -> Choice {

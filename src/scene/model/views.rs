@@ -74,7 +74,11 @@ impl Views {
     /// The camera that is asked for, or one that sees all of the model.
     fn camera(&self, model: &Placed<'_>, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
         let Some(index) = options.camera else {
-            return Ok(framing::framed(model, options.view.unwrap_or_default(), aspect));
+            let view = options.view.unwrap_or_default();
+            return Ok(match self.bounds.filter(|_| options.around == Some(true)) {
+                Some(bounds) => framing::framed_around(model, bounds, view, aspect),
+                None => framing::framed(model, view, aspect),
+            });
         };
         match self.cameras.get(index as usize) {
             Some(camera) => Ok(framing::of_file(camera, model)),

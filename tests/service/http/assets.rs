@@ -118,7 +118,10 @@ fn a_model_in_a_scene_looks_as_its_own_meshes_do() {
     let service = Service::start(&[]);
     let cube = file("Box.glb");
     put(&service, &cube);
-    let placed = service.post_json("/v1/render?format=pfm", &scene(&json!([{ "model": { "asset": format!("sha256:{}", hash(&cube)) } }])));
+    let placed = service.post_json(
+        "/v1/render?format=pfm",
+        &scene(&json!([{ "model": { "asset": format!("sha256:{}", hash(&cube)) } }])),
+    );
     let quad = |vertices: Value| json!({ "quad": { "vertices": vertices, "material": "m" } });
     let (l, h) = (-0.5, 0.5);
     let mut same: Value = serde_json::from_str(&scene(&json!([
@@ -149,7 +152,8 @@ fn what_is_wrong_with_a_model_in_a_scene_is_said_with_its_place() {
     let (broken, cube) = (file("assimp_IndexOutOfRange.glb"), file("Box.glb"));
     put(&service, &broken);
     put(&service, &cube);
-    let of = |object: Value| render(&service, &scene(&json!([object]))).problem(422, "invalid-scene")["errors"][0].clone();
+    let of =
+        |object: Value| render(&service, &scene(&json!([object]))).problem(422, "invalid-scene")["errors"][0].clone();
     let inside = of(model(&broken));
     assert_eq!(inside["pointer"], "#/objects/0/model/asset");
     assert!(inside["detail"].as_str().unwrap().starts_with("in the model: /"), "{inside}");
@@ -260,11 +264,14 @@ fn another_view_of_a_model_is_the_same_bytes_as_a_first_one() {
             let path = format!("/v1/render?width=64&height=48&format=png&{query}");
             let answer = service.send("POST", &path, &[("Content-Type", "model/gltf-binary")], &bytes);
             assert_eq!(answer.status, 200, "{name} {query}: {}", answer.text());
-            let said = ["etag", "render-warnings", "render-plan", "render-error"].map(|name| answer.header(name).to_owned());
+            let said =
+                ["etag", "render-warnings", "render-plan", "render-error"].map(|name| answer.header(name).to_owned());
             (answer.body, said)
         };
         view(&one, "view=front");
-        for query in ["view=back", "view=top&samples=2", "view=30,120", "light=studio&view=iso", "precision=double&view=left"] {
+        for query in
+            ["view=back", "view=top&samples=2", "view=30,120", "light=studio&view=iso", "precision=double&view=left"]
+        {
             assert!(view(&one, query) == view(&other, query), "{name} {query}");
         }
     }
