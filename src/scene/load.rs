@@ -6,7 +6,7 @@ use super::compile::{CompileOptions, Original, build_from, checked};
 use super::description::{Accuracy, Camera, Description, FilmBackground, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
-use super::model::{self, ModelOptions, Views, has_models, read_models};
+use super::model::{self, ModelOptions, Views, read_models};
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Code, unless_cancelled};
@@ -209,9 +209,7 @@ fn load_model<E>(
 /// Reads the models that a scene places. Returns the SHA-256 of each asset that it names.
 pub(super) fn prepare(description: &mut Description, files: &dyn Files) -> Result<Vec<String>, Problems> {
     let found = assets::found(description, files).and_then(|found| {
-        if description.models.get().is_none() {
-            read_models(description, files)?;
-        }
+        read_models(description, files)?;
         Ok(found)
     });
     found.map_err(|Problems(mut problems)| {
@@ -245,13 +243,13 @@ fn load_json<E>(
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let steps = Steps::read(start);
-            let known = if has_models(&description) { files.known(&description) } else { None };
-            let known = known.as_ref().and_then(|known| known.original());
-            let known = known.filter(|known| description.takes_objects_of(known.description));
+            let known = if description.lacks_models() { files.known(&description) } else { None };
+            let known = known.as_ref().and_then(|known| known.kept());
+            let known = known.filter(|(known, _)| description.takes_objects_of(known));
             let prepared = prepare(&mut description, files);
             let assets = prepared.map_err(|problems| overrides.located(json, NotLoaded::Problems(problems)))?;
             let whole = description.whole();
-            let own = known.map(|known| (known.description.whole(), known.scene));
+            let own = known.map(|(known, scene)| (known.whole(), scene));
             let known = own.as_ref().map(|(description, scene)| Original { description, scene });
             let checked = steps.checked(&whole, files, accept, known);
             let checked = checked.map_err(|error| overrides.located(json, meant(&description, error)));

@@ -3,9 +3,9 @@
 //! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
 //! and the pixels of all pictures together.
 
-use super::assets::hash_of;
-use super::compile::{KnownScene, Original};
+use super::Scene;
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
+use super::hashes::hash_of;
 use super::limits::{PICTURE_BYTES, PICTURE_PIXELS, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
 use crate::control::{self, Cancelled};
@@ -42,6 +42,12 @@ pub trait Files: Sync {
     }
 }
 
+/// A scene that somebody keeps, of which others may be variations.
+pub trait KnownScene: Send + Sync {
+    /// What it was built from, and the scene.
+    fn kept(&self) -> Option<(&Description, &Scene)>;
+}
+
 /// No files: pictures have to be in the scene.
 #[derive(Debug, Clone, Copy)]
 pub struct NoFiles;
@@ -74,7 +80,7 @@ pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
 }
 
 /// Pictures by source and meaning.
-type Decoded<'a> = HashMap<(&'a str, Meaning), Arc<Mipmap>>;
+pub(super) type Decoded<'a> = HashMap<(&'a str, Meaning), Arc<Mipmap>>;
 
 /// Decoded pictures, one for each source and meaning.
 #[derive(Debug, Default)]
@@ -85,14 +91,9 @@ pub(super) struct Pictures<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// Reads all pictures of a description.
-    pub(super) fn read(
-        description: &'a Description,
-        files: &dyn Files,
-        original: Option<Original<'a>>,
-    ) -> Result<Self, Problems> {
+    /// Reads all pictures of a description that are not known.
+    pub(super) fn read(description: &'a Description, files: &dyn Files, known: Decoded<'a>) -> Result<Self, Problems> {
         let mut pictures = Self::default();
-        let known = original.map(known).unwrap_or_default();
         let mut problems = Vec::new();
         let mut left = PICTURE_PIXELS.max;
         for (source, meaning, pointer) in wanted(description) {
@@ -138,9 +139,9 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// The pictures that a scene was built with, but for those of files, which may have changed.
-fn known(original: Original<'_>) -> Decoded<'_> {
-    let named = each(original.description).into_iter().zip(&original.scene.pictures);
+/// The pictures that a scene was built with, in their order, but for those of files, which may have changed.
+pub(super) fn known<'a>(description: &'a Description, pictures: &[Arc<Mipmap>]) -> Decoded<'a> {
+    let named = each(description).into_iter().zip(pictures);
     named.filter(|((source, _), _)| is_url(source)).map(|(key, mipmap)| (key, Arc::clone(mipmap))).collect()
 }
 

@@ -1,6 +1,6 @@
 //! Problems of a scene, in words that tell its author how to fix them.
 
-use super::assets::{SCHEME, hash_of};
+use super::hashes::{SCHEME, hash_of};
 use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::control::{self, Cancelled};
 use schemars::JsonSchema;

@@ -4,11 +4,9 @@
 //! missing, since a hash is no permission. Each tenant's claims have a number of bytes together. The one needed longest ago goes
 //! first, but none that a kept scene or a job names. In a farm, where others may name them, none goes by itself.
 
-mod files;
 mod shelf;
 
-pub(crate) use files::{AssetSource, SceneFiles};
-pub(crate) use shelf::is_name;
+pub(crate) use shelf::{in_store, is_name};
 
 use crate::service::error::{Error, StartError};
 use crate::service::storage::objects::Objects;
@@ -221,7 +219,7 @@ impl Assets {
     }
 
     /// The same, or an asset of anybody.
-    fn read(&self, tenant: Option<&str>, hash: &str) -> Option<Vec<u8>> {
+    pub(crate) fn read(&self, tenant: Option<&str>, hash: &str) -> Option<Vec<u8>> {
         tenant.is_none_or(|tenant| self.owns(tenant, hash)).then(|| self.shelf.get(hash)).flatten()
     }
 

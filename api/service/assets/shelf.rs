@@ -1,6 +1,5 @@
 //! Where assets lie: in a folder of this process, or in the store of a farm.
 
-use crate::service::scenes::ids::is_scene_id;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::objects::{ObjectError, Objects};
 use std::io;
@@ -21,7 +20,8 @@ pub(super) enum Shelf {
 pub(crate) fn is_name(name: &str) -> bool {
     let (hash, tenant) = name.split_once('.').unwrap_or((name, ""));
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-    is_scene_id(name) || (is_hash(hash) && tenant.len() <= 64 && tenant.bytes().all(plain))
+    let of_scene = name.strip_prefix("s_").is_some_and(|id| id.len() <= 64 && id.bytes().all(plain));
+    of_scene || (is_hash(hash) && tenant.len() <= 64 && tenant.bytes().all(plain))
 }
 
 fn failed(error: ObjectError) -> io::Error {
@@ -127,7 +127,7 @@ fn claim(hash: &str, tenant: &str) -> String {
 }
 
 /// The bytes of a hash in the store of a farm.
-pub(super) async fn in_store(objects: &Objects, hash: &str, max: u64) -> Option<Vec<u8>> {
+pub(crate) async fn in_store(objects: &Objects, hash: &str, max: u64) -> Option<Vec<u8>> {
     let found = objects.get(&blob(hash), max).await;
     found.unwrap_or_else(|error| {
         tracing::warn!(hash, %error, "an asset cannot be read");

@@ -10,7 +10,7 @@ pub(crate) mod sequences;
 mod spread;
 
 use self::folders::Folders;
-use super::assets::{AssetSource, Assets};
+use super::assets::Assets;
 use super::error::{Error, StartError};
 use super::farm::Farm;
 use super::jobs::{JobObserver, Jobs};
@@ -18,6 +18,7 @@ use super::limits::{CacheLimits, Settings};
 use super::memory_budget::MemoryBudget;
 use super::pictures::cache::{self, PictureCache};
 use super::scenes::cache::SceneCache;
+use super::scenes::files::AssetSource;
 use super::scenes::store::{self, SceneStore};
 use super::scenes::texture_folder::TextureFolder;
 use super::scheduler::admission::{Done, Queue, Work};

@@ -4,13 +4,13 @@
 //! The key of a scene is a hash of its bytes, format and settings. Invalid scenes are not cached, nor are scenes with textures
 //! from files, which may change between requests.
 
+use super::files::{AssetSource, SceneFiles};
 use super::ids::BodiesDigest;
 use super::prepared::{Loading, PreparedScene};
 use super::room::Room;
 use super::store::SceneStore;
 use super::texture_folder::TextureFolder;
 use super::views::ModelKey;
-use crate::service::assets::{AssetSource, SceneFiles};
 use crate::service::clock::milliseconds;
 use crate::service::error::Error;
 use crate::service::memory_budget::{MemoryBudget, Share};

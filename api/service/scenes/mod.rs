@@ -1,6 +1,7 @@
 //! Scenes: their ids, their canonical texts, and the cache of those that are built.
 
 pub(crate) mod cache;
+pub(crate) mod files;
 pub(crate) mod ids;
 pub(crate) mod prepared;
 mod room;

@@ -9,12 +9,12 @@ use strahl::film::Region;
 use strahl::plan::pilot::{Effort, Pilot};
 use strahl::plan::{Outline, Plan};
 use strahl::render::{Cancelled, Control};
-use strahl::scene::compile::{KnownScene, Original};
+use strahl::scene::compile::Original;
 use strahl::scene::description::RenderSettings;
 use strahl::scene::model::Views;
 use strahl::scene::nff::NffOptions;
 use strahl::scene::size::description_bytes;
-use strahl::scene::{Description, Loaded, Scene};
+use strahl::scene::{Description, KnownScene, Loaded, Scene};
 
 /// A compiled scene. Its description is dropped, since it takes as much memory again, unless variations are made of it.
 #[derive(Debug)]
@@ -154,8 +154,8 @@ impl PreparedScene {
 }
 
 impl KnownScene for PreparedScene {
-    fn original(&self) -> Option<Original<'_>> {
-        self.original()
+    fn kept(&self) -> Option<(&Description, &Scene)> {
+        self.description.as_ref().map(|(description, _)| (description, &self.scene))
     }
 }
 

@@ -1,16 +1,15 @@
 //! The memory of a scene while it is read and built: taken before each step, as large as the step may need at most.
 
+use super::files::SceneFiles;
 use super::prepared::PreparedScene;
-use crate::service::assets::SceneFiles;
 use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use flate2::bufread::MultiGzDecoder;
 use parking_lot::Mutex;
 use std::io::Read;
 use std::sync::Arc;
-use strahl::scene::compile::KnownScene;
 use strahl::scene::limits::SCENE_BYTES;
-use strahl::scene::{Description, Files, Format};
+use strahl::scene::{Description, Files, Format, KnownScene};
 
 /// Bytes that are unpacked at a time.
 const PIECE: usize = 1 << 20;

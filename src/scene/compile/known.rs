@@ -47,12 +47,6 @@ impl<'a> Original<'a> {
     }
 }
 
-/// A scene that somebody keeps, of which others may be variations.
-pub trait KnownScene: Send + Sync {
-    /// The scene, and what it was built from.
-    fn original(&self) -> Option<Original<'_>>;
-}
-
 /// The geometries of a world.
 pub(super) struct Known<'a, R> {
     geometries: &'a Arc<[Geometry<R>]>,

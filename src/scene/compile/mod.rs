@@ -17,13 +17,12 @@ mod unseen;
 mod vary;
 
 pub use camera::camera_of;
-pub use known::{KnownScene, Original};
+pub use known::Original;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
 use super::effects::{Effect, Entry};
-use super::model::{has_models, read_models};
-use super::pictures::{Files, NoFiles, Pictures};
+use super::pictures::{self, Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
@@ -34,7 +33,6 @@ use crate::film::Display;
 use crate::lanes::Real;
 use crate::shading::texture::mipmap::Mipmap;
 use crate::shading::texture::pattern::Textures;
-use std::borrow::Cow;
 use std::iter;
 use std::sync::Arc;
 use std::time::Instant;
@@ -332,13 +330,13 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let mut description = Cow::Borrowed(description);
-    if description.models.get().is_none() && has_models(&description) {
-        read_models(description.to_mut(), files)?;
+    if description.lacks_models() {
+        let detail = "the scene places models, which have to be read before";
+        return Err(Problems::one(Problem::new("/objects", super::problem::Code::Unsupported, detail)));
     }
     let whole = description.whole();
-    let pictures = checked(&whole, files, None)?;
-    build_from(&whole, options, &pictures, warnings(&whole, None), None)
+    let read = checked(&whole, files, None)?;
+    build_from(&whole, options, &read, warnings(&whole, None), None)
 }
 
 /// Checks a description completely, but for objects of `original`, which are known to be sound, and reads the pictures that it
@@ -351,7 +349,8 @@ pub(super) fn checked<'a>(
     let has_sound_bodies = original.is_some_and(|original| original.has_bodies_of(description));
     let checked = if has_sound_bodies { check_around_bodies(description) } else { check(description) };
     unless_cancelled()?;
-    match (checked, Pictures::read(description, files, original)) {
+    let known = original.map(|original| pictures::known(original.description, &original.scene.pictures));
+    match (checked, Pictures::read(description, files, known.unwrap_or_default())) {
         (Ok(()), Ok(pictures)) => Ok(pictures),
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {

@@ -119,6 +119,14 @@ impl ReadModels {
     }
 }
 
+fn is_or_has_model(object: &Object) -> bool {
+    match object {
+        Object::Model(_) => true,
+        Object::Group(group) => group.objects.iter().any(is_or_has_model),
+        _ => false,
+    }
+}
+
 impl Description {
     /// The scene with instances in place of its models, if they have been read.
     pub fn whole(&self) -> Cow<'_, Self> {
@@ -128,6 +136,12 @@ impl Description {
         (whole.objects, whole.definitions) = (Arc::clone(&bodies.objects), Arc::clone(&bodies.definitions));
         whole.models = ReadModels::default();
         Cow::Owned(whole)
+    }
+
+    /// Whether it places models that have not been read.
+    pub fn lacks_models(&self) -> bool {
+        let any = |objects: &Vec<Object>| objects.iter().any(is_or_has_model);
+        self.models.get().is_none() && (any(&self.objects) || self.definitions.values().any(any))
     }
 
     /// Whether it places models, and they have been read.

@@ -11,7 +11,7 @@ mod studio;
 mod view;
 mod views;
 
-pub(super) use placed::{has_models, read_models};
+pub(super) use placed::read_models;
 pub use view::View;
 pub use views::Views;
 

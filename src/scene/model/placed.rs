@@ -17,7 +17,7 @@ const MODELS: usize = 1_000;
 
 /// Reads the models of a scene that has any.
 pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn Files) -> Result<(), Problems> {
-    if !has_models(description) {
+    if !description.lacks_models() {
         return Ok(());
     }
     let mut reader = Reader {
@@ -45,20 +45,6 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     let (objects, definitions) = (Arc::new(objects), Arc::new(definitions));
     description.models = ReadModels::new(ModelBodies { objects, definitions, materials, places, warnings, from_files });
     Ok(())
-}
-
-/// Whether any object of a scene is a model.
-pub(in crate::scene) fn has_models(description: &Description) -> bool {
-    let any = |objects: &Vec<Object>| objects.iter().any(has_model);
-    any(&description.objects) || description.definitions.values().any(any)
-}
-
-fn has_model(object: &Object) -> bool {
-    match object {
-        Object::Model(_) => true,
-        Object::Group(group) => group.objects.iter().any(has_model),
-        _ => false,
-    }
 }
 
 /// What no name of the scene begins with.

@@ -5,25 +5,21 @@ use super::framing::{self, Placed};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Warning};
-use crate::scene::compile::Original;
+use crate::scene::Overrides;
 use crate::scene::description::{
     self as d, Camera, Description, Environment, FilmBackground, ImageSize, Light, Material, Object,
 };
-use crate::scene::load::{Loaded, NotLoaded, Steps};
 use crate::scene::named::Named;
-use crate::scene::nff::NffOptions;
 use crate::scene::problem::{Code, Problem, Problems};
-use crate::scene::{Files, Overrides};
 use glam::DVec3;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// What is kept of a model beside its bodies and materials, so that it can be seen again.
 #[derive(Debug)]
 pub struct Views {
     pub(super) name: Option<String>,
     /// How many of the objects are the model's. The floor is no part of it.
-    pub(super) bodies: usize,
+    pub(in crate::scene) bodies: usize,
     /// The box around it.
     pub(super) bounds: Option<(DVec3, DVec3)>,
     pub(super) cameras: Vec<ModelCamera>,
@@ -33,19 +29,19 @@ pub struct Views {
 }
 
 /// A view.
-pub(super) struct Seen {
+pub(in crate::scene) struct Seen {
     camera: Camera,
     image: ImageSize,
     lights: Vec<Light>,
     environment: Option<Environment>,
     exposure: f64,
-    has_floor: bool,
+    pub(in crate::scene) has_floor: bool,
     warnings: Vec<Problem>,
 }
 
 impl Views {
     /// A view of the model's bodies.
-    pub(super) fn seen(
+    pub(in crate::scene) fn seen(
         &self,
         objects: &[Object],
         definitions: &Named<Vec<Object>>,
@@ -108,7 +104,8 @@ impl Views {
         self.around(seen, Arc::new(definitions), Arc::new(objects), materials)
     }
 
-    fn around(
+    /// The same with objects and materials of another view.
+    pub(in crate::scene) fn around(
         &self,
         seen: Seen,
         definitions: Arc<Named<Vec<Object>>>,
@@ -134,30 +131,5 @@ impl Views {
     /// Whether a view of the model has a floor.
     pub fn has_floor(&self, view: &Description) -> bool {
         view.objects.len() > self.bodies
-    }
-
-    /// Another view of a model, if `accept` wants it, in the hierarchies and with the pictures of `original`, which is one. None if
-    /// only one of the two has a floor: then the model has to be read again.
-    pub fn again<E>(
-        &self,
-        original: Original<'_>,
-        overrides: &Overrides,
-        files: &dyn Files,
-        accept: impl FnOnce(&Description) -> Result<(), E>,
-    ) -> Result<Option<Loaded>, NotLoaded<E>> {
-        let (start, own) = (Instant::now(), original.description);
-        let seen = self.seen(&own.objects[..self.bodies.min(own.objects.len())], &own.definitions, overrides)?;
-        if seen.has_floor != self.has_floor(own) {
-            return Ok(None);
-        }
-        let (definitions, objects) = (Arc::clone(&own.definitions), Arc::clone(&own.objects));
-        let (mut description, mut all) = self.around(seen, definitions, objects, own.materials.clone());
-        overrides.apply(&mut description);
-        let steps = Steps::read(start);
-        let (mut pictures, warnings) = steps.checked(&description, files, accept, Some(original))?;
-        pictures.from_files |= original.scene.from_files;
-        all.extend(warnings);
-        let scene = steps.build(&description, NffOptions::default(), pictures, all, Some(original))?;
-        Ok(Some(steps.loaded(description, scene, NffOptions::default(), Vec::new())))
     }
 }

@@ -1,10 +1,10 @@
 //! Scenes of a node: each is fetched and built once, whichever slots need it.
 
-use crate::service::assets::AssetSource;
 use crate::service::error::Error;
 use crate::service::farm::work::{SCENE_BYTES, SceneSource};
 use crate::service::memory_budget::MemoryBudget;
 use crate::service::scenes::cache::{Form, Key, SceneCache, SentScene};
+use crate::service::scenes::files::AssetSource;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scenes::store::SceneStore;
 use crate::service::scheduler::pool::Pool;

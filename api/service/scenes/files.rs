@@ -1,10 +1,9 @@
 //! The files that scenes find: assets of their tenant, and pictures in a folder of the service.
 
-use super::Assets;
-use super::shelf::in_store;
-use crate::service::scenes::ids::BodiesDigest;
-use crate::service::scenes::prepared::PreparedScene;
-use crate::service::scenes::texture_folder::TextureFolder;
+use super::ids::BodiesDigest;
+use super::prepared::PreparedScene;
+use super::texture_folder::TextureFolder;
+use crate::service::assets::{Assets, in_store};
 use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::Objects;
 use std::sync::Arc;
