@@ -224,7 +224,7 @@ pub(super) fn prepare(description: &mut Description, files: &dyn Files) -> Resul
 /// An error with pointers into the text of the scene, which has models.
 pub(super) fn meant<E>(description: &Description, mut error: NotLoaded<E>) -> NotLoaded<E> {
     if let (NotLoaded::Problems(Problems(problems)), Some(models)) = (&mut error, description.models.get()) {
-        problems.iter_mut().for_each(|problem| models.place(&mut problem.pointer));
+        problems.iter_mut().for_each(|problem| _ = models.place(&mut problem.pointer));
     }
     error
 }

@@ -6,7 +6,7 @@
 
 mod shelf;
 
-pub(crate) use shelf::{in_store, is_name};
+pub(crate) use shelf::{in_store, is_in_store, is_name};
 
 use crate::service::error::{Error, StartError};
 use crate::service::storage::objects::Objects;
@@ -206,6 +206,11 @@ impl Assets {
             None => known.remove(tenant, hash),
         }
         claimed.is_some()
+    }
+
+    /// Whether the bytes of a hash are there, whoever has sent them.
+    pub(crate) fn exists(&self, hash: &str) -> bool {
+        self.shelf.has(hash)
     }
 
     /// Bytes of an asset of a tenant.

@@ -46,7 +46,7 @@ impl Shelf {
     pub(super) fn has(&self, hash: &str) -> bool {
         match self {
             Self::Folder(blobs) => blobs.has(hash),
-            Self::Store(objects, runtime) => runtime.block_on(objects.exists(&blob(hash))).unwrap_or(false),
+            Self::Store(objects, runtime) => runtime.block_on(is_in_store(objects, hash)),
         }
     }
 
@@ -124,6 +124,12 @@ fn blob(hash: &str) -> String {
 /// Names of tenants are no digests, so that what is read is not checked against one.
 fn claim(hash: &str, tenant: &str) -> String {
     format!("{CLAIMS}/{hash}/t-{tenant}")
+}
+
+/// Whether the bytes of a hash are in the store of a farm.
+pub(crate) async fn is_in_store(objects: &Objects, hash: &str) -> bool {
+    let found = objects.exists(&blob(hash)).await;
+    found.inspect_err(|error| tracing::warn!(hash, %error, "an asset cannot be looked for")).unwrap_or(false)
 }
 
 /// The bytes of a hash in the store of a farm.

@@ -3,7 +3,7 @@
 use super::ids::BodiesDigest;
 use super::prepared::PreparedScene;
 use super::texture_folder::TextureFolder;
-use crate::service::assets::{Assets, in_store};
+use crate::service::assets::{Assets, in_store, is_in_store};
 use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::Objects;
 use std::sync::Arc;
@@ -26,15 +26,19 @@ pub(crate) enum AssetSource {
 impl AssetSource {
     /// Whether a tenant has all of some assets; without a tenant it may see what there is.
     pub(crate) fn has_all(&self, tenant: Option<&str>, hashes: &[String]) -> bool {
-        hashes.iter().all(|hash| self.has(tenant, hash))
+        match self {
+            Self::Tenants(_) if tenant.is_some() => hashes.iter().all(|hash| self.has(tenant, hash)),
+            Self::None => hashes.is_empty(),
+            Self::Tenants(_) | Self::Store(..) => true,
+        }
     }
 
     fn has(&self, tenant: Option<&str>, hash: &str) -> bool {
         match (self, tenant) {
             (Self::None, _) => false,
             (Self::Tenants(assets), Some(tenant)) => assets.owns(tenant, hash),
-            // It is read soon, and is then missing all the same.
-            (Self::Tenants(_), None) | (Self::Store(..), _) => true,
+            (Self::Tenants(assets), None) => assets.exists(hash),
+            (Self::Store(objects, runtime), _) => runtime.block_on(is_in_store(objects, hash)),
         }
     }
 

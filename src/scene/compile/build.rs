@@ -35,6 +35,7 @@ use crate::shading::texture::environment::{Environment, clear_sky};
 use crate::shading::texture::studio::studio;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
+use parking_lot::Mutex;
 use std::sync::Arc;
 
 /// What building finds out besides the world.
@@ -53,6 +54,7 @@ pub(super) fn build<R: Real>(
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let camera = camera_of(&description.camera, &basis, description.image.width, description.image.height);
+    let lit_before = known.and_then(|world| Some((world.environment.as_ref()?, world.surroundings.as_ref()?)));
     let known = known.map(Known::new);
     let mut builder = Builder::<R>::new(description, options, pictures, camera, known);
     let list = builder.list("/objects".to_owned());
@@ -75,7 +77,7 @@ pub(super) fn build<R: Real>(
         environment = None;
     }
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
-    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| Arc::new(Surroundings::new(map)));
+    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| surroundings(map, lit_before));
     // One of one colour is ambient light.
     let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
@@ -140,6 +142,33 @@ pub(super) fn build<R: Real>(
         world.light_cells = cells.map(Arc::new);
     }
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
+}
+
+/// The light of surroundings: that of the scene that this one is a variation of, or of a studio that stood like this before, if it is
+/// the same.
+fn surroundings(map: &Environment, before: Option<(&Environment, &Arc<Surroundings>)>) -> Arc<Surroundings> {
+    /// Studios that are kept, at 0.4 MB each: views of models have names, so they stand in few ways.
+    const STUDIOS: usize = 16;
+    static KEPT: Mutex<Vec<(Environment, Arc<Surroundings>)>> = Mutex::new(Vec::new());
+    let same = |other: &Environment| {
+        Arc::ptr_eq(&other.mipmap, &map.mipmap) && other.turn == map.turn && other.intensity == map.intensity
+    };
+    if let Some((_, known)) = before.filter(|(other, _)| same(other)) {
+        return Arc::clone(known);
+    }
+    if !Arc::ptr_eq(&map.mipmap, &studio()) {
+        return Arc::new(Surroundings::new(map));
+    }
+    let known = KEPT.lock().iter().find(|(other, _)| same(other)).map(|(_, known)| Arc::clone(known));
+    known.unwrap_or_else(|| {
+        let made = Arc::new(Surroundings::new(map));
+        let mut kept = KEPT.lock();
+        if kept.len() == STUDIOS {
+            kept.remove(0);
+        }
+        kept.push((map.clone(), Arc::clone(&made)));
+        made
+    })
 }
 
 /// How light becomes colours.

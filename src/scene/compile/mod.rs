@@ -97,6 +97,8 @@ pub enum Precise {
 #[derive(Debug, Default)]
 pub struct Sources {
     lists: Vec<String>,
+    /// Which of them are in the file of a model, and have the pointer of that. Empty: none.
+    models: Vec<bool>,
     entries: Vec<Source>,
     /// JSON pointers of the materials.
     materials: Vec<String>,
@@ -259,13 +261,14 @@ impl Scene {
     /// Turns pointers into what was built into those of the text, which has models in place of instances.
     pub(in crate::scene) fn place(&mut self, models: &ModelBodies) {
         if let Some(sources) = Arc::get_mut(&mut self.sources) {
-            sources.lists.iter_mut().chain(&mut sources.materials).for_each(|pointer| models.place(pointer));
+            sources.models = sources.lists.iter_mut().map(|pointer| models.place(pointer)).collect();
+            sources.materials.iter_mut().for_each(|pointer| _ = models.place(pointer));
         }
-        self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| models.place(pointer));
+        self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| _ = models.place(pointer));
         for entry in &mut self.effects {
             entry.because.dedup();
         }
-        self.warnings.iter_mut().for_each(|warning| models.place(&mut warning.pointer));
+        self.warnings.iter_mut().for_each(|warning| _ = models.place(&mut warning.pointer));
     }
 }
 
@@ -281,6 +284,9 @@ impl Sources {
     /// JSON pointer of an item's object.
     pub fn pointer(&self, source: u32) -> String {
         let entry = &self.entries[source as usize];
+        if self.models.get(entry.list as usize) == Some(&true) {
+            return self.lists[entry.list as usize].clone();
+        }
         format!("{}/{}", self.lists[entry.list as usize], entry.index)
     }
 

@@ -97,15 +97,22 @@ pub(in crate::scene) struct ModelPlace {
 }
 
 impl ModelBodies {
-    /// Turns a pointer into the scene with instances into one into the scene's text.
-    pub(in crate::scene) fn place(&self, pointer: &mut String) {
+    /// Turns a pointer into the scene with instances into one into the scene's text; whether it had to.
+    pub(in crate::scene) fn place(&self, pointer: &mut String) -> bool {
         let meant = self.places.iter().find_map(|ModelPlace { before, meant, in_text }| {
             let rest = pointer.strip_prefix(before.as_str())?;
-            Some(if *in_text { format!("{meant}{rest}") } else { meant.clone() })
+            match rest.bytes().next() {
+                None | Some(b'/') if *in_text => Some(format!("{meant}{rest}")),
+                // Names of what is in the file begin with that of its model.
+                None | Some(b'/' | b' ' | b':') if !*in_text => Some(meant.clone()),
+                _ => None,
+            }
         });
+        let found = meant.is_some();
         if let Some(meant) = meant {
             *pointer = meant;
         }
+        found
     }
 }
 

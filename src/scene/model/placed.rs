@@ -161,11 +161,7 @@ impl Reader<'_> {
             }
         }
         for list in ["/definitions", "/materials"] {
-            // Numbers of two digits begin with one of one digit.
-            for end in [" ", ":", "/"] {
-                let before = push_token(list, name) + end;
-                self.places.push(ModelPlace { before, meant: pointer.to_owned(), in_text: false });
-            }
+            self.places.push(ModelPlace { before: push_token(list, name), meant: pointer.to_owned(), in_text: false });
         }
         let at = |warning| Problem { pointer: pointer.to_owned(), ..problems::of_warning(warning) };
         self.warnings.extend(warnings.into_iter().map(at));

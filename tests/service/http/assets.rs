@@ -110,7 +110,7 @@ fn scenes_with_models_are_scenes_like_all_others() {
     let rays = json!({ "scene": serde_json::from_str::<Value>(&text).unwrap(),
         "rays": [{ "origin": [0, 0, 5], "direction": [0, 0, -1] }] });
     let hit = service.post_json("/v1/rays", &rays.to_string()).text();
-    assert!(hit.contains("/objects/0"), "{hit}");
+    assert!(hit.contains(r#""/objects/0/model""#), "{hit}");
 }
 
 #[test]

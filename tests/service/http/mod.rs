@@ -32,4 +32,5 @@ mod tenants;
 mod tiles;
 mod tradeoff;
 mod trees;
+mod turntables;
 mod variations;
