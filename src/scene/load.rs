@@ -306,7 +306,7 @@ impl Steps {
         files: &dyn Files,
         accept: impl FnOnce(&Description) -> Result<(), E>,
         original: Option<Original<'a>>,
-    ) -> Result<(Pictures<'a>, Vec<Problem>), NotLoaded<E>> {
+    ) -> Result<(Pictures, Vec<Problem>), NotLoaded<E>> {
         unless_cancelled()?;
         if let Err(refused) = accept(description) {
             // Its author should learn of its problems first.
@@ -323,7 +323,7 @@ impl Steps {
         &self,
         description: &Description,
         nff: NffOptions,
-        pictures: Pictures<'_>,
+        pictures: Pictures,
         warnings: Vec<Problem>,
         original: Option<Original<'_>>,
     ) -> Result<Scene, Problems> {

@@ -79,38 +79,62 @@ pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
     if textured.channel == Some(TexelChannel::A) { Meaning::Alpha } else { Meaning::Data }
 }
 
-/// Pictures by source and meaning.
-pub(super) type Decoded<'a> = HashMap<(&'a str, Meaning), Arc<Mipmap>>;
+/// What a picture is of: its source, and the meaning of its numbers.
+type Key<'a> = (&'a str, Meaning);
+
+/// The pictures that a scene was built with, as its description names them.
+pub(super) type Decoded<'a> = Vec<(Key<'a>, Arc<Mipmap>)>;
 
 /// Decoded pictures, one for each source and meaning.
 #[derive(Debug, Default)]
-pub(super) struct Pictures<'a> {
-    known: Decoded<'a>,
+pub(super) struct Pictures {
+    /// As the description names them.
+    all: Vec<Arc<Mipmap>>,
+    /// By where the source is in memory: it may be a whole picture, and is asked for often.
+    places: HashMap<(usize, usize, Meaning), Arc<Mipmap>>,
     /// Whether any came from a file, whose content may change.
     pub(super) from_files: bool,
 }
 
-impl<'a> Pictures<'a> {
-    /// Reads all pictures of a description that are not known.
-    pub(super) fn read(description: &'a Description, files: &dyn Files, known: Decoded<'a>) -> Result<Self, Problems> {
+/// Where a source is in memory.
+fn place((source, meaning): Key<'_>) -> (usize, usize, Meaning) {
+    (source.as_ptr() as usize, source.len(), meaning)
+}
+
+impl Pictures {
+    /// Reads all pictures of a description that are not `known`.
+    pub(super) fn read(description: &Description, files: &dyn Files, known: Decoded<'_>) -> Result<Self, Problems> {
         let mut pictures = Self::default();
         let mut problems = Vec::new();
         let mut left = PICTURE_PIXELS.max;
-        for (source, meaning, pointer) in wanted(description) {
-            if pictures.known.contains_key(&(source, meaning)) {
-                continue;
-            }
+        let mut counted = HashSet::new();
+        let mut decoded: HashMap<Key<'_>, Arc<Mipmap>> = HashMap::new();
+        let mut others: Option<HashMap<Key<'_>, Arc<Mipmap>>> = None;
+        for (i, (source, meaning, pointer)) in wanted(description).into_iter().enumerate() {
             unless_cancelled()?;
+            let key = (source, meaning);
             pictures.from_files |= !is_url(source);
-            if let Some(mipmap) = known.get(&(source, meaning)) {
+            // Mostly it is in the same place as in the other scene.
+            let before = known.get(i).filter(|(other, _)| *other == key).map(|(_, mipmap)| Arc::clone(mipmap));
+            let before = before.filter(|_| is_url(source)).or_else(|| {
+                let of_others = || known.iter().filter(|((source, _), _)| is_url(source)).cloned().collect();
+                let others = if known.is_empty() { None } else { Some(others.get_or_insert_with(of_others)) };
+                others.and_then(|others| others.get(&key)).or_else(|| decoded.get(&key)).map(Arc::clone)
+            });
+            if let Some(mipmap) = before {
                 let [width, height] = mipmap.size();
-                left = left.saturating_sub((width * height) as u64);
-                pictures.known.insert((source, meaning), Arc::clone(mipmap));
+                if counted.insert(Arc::as_ptr(&mipmap) as usize) {
+                    left = left.saturating_sub((width * height) as u64);
+                }
+                pictures.keep(key, mipmap);
                 continue;
             }
             match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left, files)) {
                 Ok(mipmap) => {
-                    pictures.known.insert((source, meaning), Arc::new(mipmap));
+                    let mipmap = Arc::new(mipmap);
+                    counted.insert(Arc::as_ptr(&mipmap) as usize);
+                    decoded.insert(key, Arc::clone(&mipmap));
+                    pictures.keep(key, mipmap);
                 }
                 Err((code, detail)) => problems.push(Problem::new(pointer, code, detail)),
             }
@@ -122,34 +146,34 @@ impl<'a> Pictures<'a> {
         if problems.is_empty() { Ok(pictures) } else { Err(Problems(problems)) }
     }
 
-    /// A picture that was read.
+    fn keep(&mut self, key: Key<'_>, mipmap: Arc<Mipmap>) {
+        self.places.insert(place(key), Arc::clone(&mipmap));
+        self.all.push(mipmap);
+    }
+
+    /// A picture that was read, by the source in the description that it was read for.
     pub(super) fn get(&self, source: &str, meaning: Meaning) -> Arc<Mipmap> {
-        let known = self.known.get(&(source, meaning));
+        let known = self.places.get(&place((source, meaning)));
         Arc::clone(known.unwrap_or_else(|| unreachable!("all pictures have been read")))
     }
 
-    /// All of them, in the order in which the description names them.
-    pub(super) fn all(&self, description: &Description) -> Vec<Arc<Mipmap>> {
-        each(description).into_iter().map(|(source, meaning)| self.get(source, meaning)).collect()
-    }
-
-    /// Bytes they take.
-    pub(super) fn bytes(&self) -> usize {
-        self.known.values().map(|mipmap| mipmap.bytes()).sum()
+    /// All of them, as the description names them.
+    pub(super) fn all(&self) -> &[Arc<Mipmap>] {
+        &self.all
     }
 }
 
-/// The pictures that a scene was built with, in their order, but for those of files, which may have changed.
+/// Bytes of pictures, each counted once, without those that are among `others`.
+pub(super) fn bytes_of(pictures: &[Arc<Mipmap>], others: &[Arc<Mipmap>]) -> usize {
+    let place = |mipmap: &Arc<Mipmap>| Arc::as_ptr(mipmap) as usize;
+    let mut counted: HashSet<usize> = others.iter().map(place).collect();
+    pictures.iter().filter(|mipmap| counted.insert(place(mipmap))).map(|mipmap| mipmap.bytes()).sum()
+}
+
+/// The pictures that a scene was built with.
 pub(super) fn known<'a>(description: &'a Description, pictures: &[Arc<Mipmap>]) -> Decoded<'a> {
-    let named = each(description).into_iter().zip(pictures);
-    named.filter(|((source, _), _)| is_url(source)).map(|(key, mipmap)| (key, Arc::clone(mipmap))).collect()
-}
-
-/// The pictures of a description, each once.
-fn each(description: &Description) -> Vec<(&str, Meaning)> {
-    let mut seen = HashSet::new();
-    let all = wanted(description).into_iter().map(|(source, meaning, _)| (source, meaning));
-    all.filter(|key| seen.insert(*key)).collect()
+    let keys = wanted(description).into_iter().map(|(source, meaning, _)| (source, meaning));
+    keys.zip(pictures.iter().map(Arc::clone)).collect()
 }
 
 /// The pictures of a description, with the JSON pointer of each.

@@ -49,7 +49,7 @@ pub(super) struct Built {
 pub(super) fn build<R: Real>(
     description: &Description,
     options: CompileOptions,
-    pictures: &Pictures<'_>,
+    pictures: &Pictures,
     known: Option<&World<R>>,
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
@@ -181,7 +181,7 @@ fn display(film: &d::Film) -> Display {
 }
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
-fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+fn seen_around(description: &Description, pictures: &Pictures) -> (Rgb, Option<Environment>) {
     let Some(d::Environment { image, sky, studio: _, rotate_deg, intensity, light: _ }) = &description.environment
     else {
         return (description.background.0, None);
@@ -230,7 +230,7 @@ impl<'a, R: Real> Builder<'a, R> {
     fn new(
         description: &'a Description,
         options: CompileOptions,
-        pictures: &Pictures<'_>,
+        pictures: &Pictures,
         camera: Camera<R>,
         known: Option<Known<'a, R>>,
     ) -> Self {
@@ -497,7 +497,7 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>) -> Material<R> {
+fn material<R: Real>(material: &d::Material, pictures: &Pictures) -> Material<R> {
     if let Some(described) = &material.pbr {
         return pbr::material(described, pictures);
     }

@@ -191,9 +191,10 @@ impl Scene {
             };
             world.geometries.iter().zip(known).map(own).sum()
         }
+        let around = self.bytes_around() - self.picture_bytes + pictures::bytes_of(&self.pictures, &original.pictures);
         match (&self.world, &original.world) {
-            (Precise::Single(world), Precise::Single(known)) => self.bytes_around() + of_world(world, known),
-            (Precise::Double(world), Precise::Double(known)) => self.bytes_around() + of_world(world, known),
+            (Precise::Single(world), Precise::Single(known)) => around + of_world(world, known),
+            (Precise::Double(world), Precise::Double(known)) => around + of_world(world, known),
             _ => self.bytes(),
         }
     }
@@ -351,7 +352,7 @@ pub(super) fn checked<'a>(
     description: &'a Description,
     files: &dyn Files,
     original: Option<Original<'a>>,
-) -> Result<Pictures<'a>, Problems> {
+) -> Result<Pictures, Problems> {
     let has_sound_bodies = original.is_some_and(|original| original.has_bodies_of(description));
     let checked = if has_sound_bodies { check_around_bodies(description) } else { check(description) };
     unless_cancelled()?;
@@ -372,7 +373,7 @@ pub(super) fn checked<'a>(
 pub(super) fn build_from(
     description: &Description,
     options: CompileOptions,
-    pictures: &Pictures<'_>,
+    pictures: &Pictures,
     warnings: Vec<Problem>,
     original: Option<Original<'_>>,
 ) -> Result<Scene, Problems> {
@@ -421,8 +422,8 @@ pub(super) fn build_from(
         warnings: told.warnings,
         expanded_primitives: built.expanded as u64,
         overlap: told.overlap,
-        picture_bytes: pictures.bytes(),
-        pictures: pictures.all(description),
+        picture_bytes: pictures::bytes_of(pictures.all(), &[]),
+        pictures: pictures.all().to_vec(),
         assets: Vec::new(),
         from_files: pictures.from_files,
         bvh_ms,
