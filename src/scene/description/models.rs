@@ -8,6 +8,7 @@ use crate::scene::problem::Problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A model that another program has written: glTF, OBJ, STL or PLY. Its meshes and materials are in its file; camera, lights and
@@ -77,20 +78,18 @@ pub(in crate::scene) struct ModelBodies {
     pub(in crate::scene) definitions: Arc<Named<Vec<Object>>>,
     /// The materials of the models.
     pub(in crate::scene) materials: Named<Material>,
-    /// What pointers mean that are not in the text. Those of which more is known come first.
-    pub(in crate::scene) places: Vec<ModelPlace>,
+    /// What pointers mean that are not in the text, by what they begin with.
+    pub(in crate::scene) places: HashMap<String, ModelPlace>,
     /// What of the models is approximated or left out.
     pub(in crate::scene) warnings: Vec<Problem>,
     /// Whether any was a file whose content may change.
     pub(in crate::scene) from_files: bool,
 }
 
-/// A part of a scene with instances that is not in its text.
+/// What is meant by a part of a scene with instances that is not in its text.
 #[derive(Debug)]
 pub(in crate::scene) struct ModelPlace {
-    /// What pointers into it begin with.
-    pub(in crate::scene) before: String,
-    /// What is meant.
+    /// Its pointer in the text.
     pub(in crate::scene) meant: String,
     /// Whether the rest of a pointer is in the text; what is in the file of a model is not.
     pub(in crate::scene) in_text: bool,
@@ -99,13 +98,15 @@ pub(in crate::scene) struct ModelPlace {
 impl ModelBodies {
     /// Turns a pointer into the scene with instances into one into the scene's text; whether it had to.
     pub(in crate::scene) fn place(&self, pointer: &mut String) -> bool {
-        let meant = self.places.iter().find_map(|ModelPlace { before, meant, in_text }| {
-            let rest = pointer.strip_prefix(before.as_str())?;
-            match rest.bytes().next() {
-                None | Some(b'/') if *in_text => Some(format!("{meant}{rest}")),
-                // Names of what is in the file begin with that of its model.
-                None | Some(b'/' | b' ' | b':') if !*in_text => Some(meant.clone()),
-                _ => None,
+        // Names of what is in a file begin with that of its model.
+        let ends = pointer.bytes().enumerate().filter(|(_, byte)| b"/ :".contains(byte)).map(|(end, _)| end);
+        let ends = ends.chain([pointer.len()]).collect::<Vec<_>>().into_iter().rev();
+        let meant = ends.into_iter().find_map(|end| {
+            let (before, rest) = pointer.split_at(end);
+            let ModelPlace { meant, in_text } = self.places.get(before)?;
+            match in_text {
+                true => (rest.is_empty() || rest.starts_with('/')).then(|| format!("{meant}{rest}")),
+                false => Some(meant.clone()),
             }
         });
         let found = meant.is_some();

@@ -10,6 +10,7 @@ use crate::scene::description::{
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
 use crate::scene::recognise::model_format;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Models of one scene. Each is a file that is read.
@@ -26,7 +27,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         known: Vec::new(),
         definitions: Named::default(),
         materials: Named::default(),
-        places: Vec::new(),
+        places: HashMap::new(),
         warnings: Vec::new(),
         problems: Vec::new(),
         from_files: false,
@@ -64,7 +65,7 @@ struct Reader<'a> {
     known: Vec<(PlacedModel, String)>,
     definitions: Named<Vec<Object>>,
     materials: Named<Material>,
-    places: Vec<ModelPlace>,
+    places: HashMap<String, ModelPlace>,
     warnings: Vec<Problem>,
     problems: Vec<Problem>,
     from_files: bool,
@@ -99,6 +100,10 @@ impl Reader<'_> {
             self.known.push((said, name.clone()));
             name
         });
+        if let Some(object) = pointer.strip_suffix("model") {
+            let here = ModelPlace { meant: pointer.to_owned(), in_text: true };
+            self.places.insert(format!("{object}instance"), here);
+        }
         let (transform, motion, name) = (model.transform, model.motion, model.name.clone());
         Object::Instance(Box::new(Instance { of, transform, motion, name }))
     }
@@ -147,11 +152,7 @@ impl Reader<'_> {
             let mut found = false;
             for (own, _) in names.iter().zip(&named).filter(|(_, named)| named.as_deref() == Some(of)) {
                 materials.insert(own.clone(), material.clone());
-                self.places.push(ModelPlace {
-                    before: push_token("/materials", own),
-                    meant: at.clone(),
-                    in_text: true,
-                });
+                self.places.insert(push_token("/materials", own), ModelPlace { meant: at.clone(), in_text: true });
                 found = true;
             }
             if !found {
@@ -161,7 +162,7 @@ impl Reader<'_> {
             }
         }
         for list in ["/definitions", "/materials"] {
-            self.places.push(ModelPlace { before: push_token(list, name), meant: pointer.to_owned(), in_text: false });
+            self.places.insert(push_token(list, name), ModelPlace { meant: pointer.to_owned(), in_text: false });
         }
         let at = |warning| Problem { pointer: pointer.to_owned(), ..problems::of_warning(warning) };
         self.warnings.extend(warnings.into_iter().map(at));
