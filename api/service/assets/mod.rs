@@ -193,10 +193,15 @@ impl Assets {
         self.known.lock().named.insert(id.to_owned(), hashes.to_vec());
     }
 
-    /// Whether a tenant has sent the bytes of a hash. This counts as a use.
+    /// Whether this process knows that a tenant has sent the bytes of a hash. It never waits. This counts as a use.
+    pub(crate) fn knows(&self, tenant: &str, hash: &str) -> bool {
+        self.known.lock().claims.get_mut(tenant).is_some_and(|claims| claims.get(hash).is_some())
+    }
+
+    /// Whether a tenant has sent the bytes of a hash. In a farm it may wait for the store. This counts as a use.
     pub(crate) fn owns(&self, tenant: &str, hash: &str) -> bool {
         if self.shelf.listed().is_some() {
-            return self.known.lock().claims.get_mut(tenant).is_some_and(|claims| claims.get(hash).is_some());
+            return self.knows(tenant, hash);
         }
         // Another front may have heard of it, or taken it back.
         let claimed = self.shelf.claimed(hash, tenant);

@@ -24,12 +24,13 @@ pub(crate) enum AssetSource {
 }
 
 impl AssetSource {
-    /// Whether a tenant has all of some assets; without a tenant it may see what there is.
+    /// Whether a tenant is known to have all of some assets; without a tenant it may see what there is. It never waits: who is not
+    /// known here is looked for when the scene is built again.
     pub(crate) fn has_all(&self, tenant: Option<&str>, hashes: &[String]) -> bool {
         match self {
-            Self::Tenants(_) if tenant.is_some() => hashes.iter().all(|hash| self.has(tenant, hash)),
             Self::None => hashes.is_empty(),
-            Self::Tenants(_) | Self::Store(..) => true,
+            Self::Tenants(assets) => tenant.is_none_or(|tenant| hashes.iter().all(|hash| assets.knows(tenant, hash))),
+            Self::Store(..) => true,
         }
     }
 
