@@ -4,8 +4,9 @@ use super::values::{region, up_to, weight, word};
 use crate::service::values::threads;
 use clap::Args;
 use std::path::PathBuf;
-use strahl::film::Region;
-use strahl::scene::description::{Accuracy, Precision};
+use strahl::film::{Region, ToneMapping};
+use strahl::models::Which;
+use strahl::scene::description::{Accuracy, FilmBackground, Precision};
 use strahl::scene::model::{LightChoice, ModelOptions, UpAxis, View};
 use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, limits};
@@ -27,11 +28,26 @@ pub(super) struct SettingsArgs {
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     pub(super) threads: Option<u64>,
     /// Pixels across [default: as the scene says].
-    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE))]
+    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE), group = "across")]
     width: Option<u32>,
     /// Pixels down [default: as the scene says].
-    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE))]
+    #[arg(long, value_parser = up_to(limits::IMAGE_SIDE), group = "down")]
     height: Option<u32>,
+    /// Size of the picture by its name, in place of --width and --height: og is that of a preview of a page, 1200 x 630.
+    #[arg(long, value_name = "NAME", value_parser = ["og"], hide_possible_values = true, groups = ["across", "down"])]
+    size: Option<String>,
+    /// Pixels of the device for each of --width and --height, or of --size [default: 1].
+    #[arg(long, value_name = "RATIO", value_parser = ratio, requires = "across", requires = "down")]
+    dpr: Option<f64>,
+    /// What the camera sees where nothing is: scene, transparent, or a colour as #rrggbb [default: as the scene says].
+    #[arg(long, value_name = "BACKGROUND")]
+    background: Option<FilmBackground>,
+    /// Exposure in stops, each of which doubles the light [default: as the scene says].
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = stops)]
+    exposure: Option<f64>,
+    /// How light brighter than white is compressed: none, khronos_pbr_neutral or agx [default: as the scene says].
+    #[arg(long, value_parser = word::<ToneMapping>(), hide_possible_values = true)]
+    tone: Option<ToneMapping>,
     /// Longest chain of rays; the primary ray counts 1 [default: as the scene says].
     #[arg(long, value_name = "RAYS", value_parser = up_to(limits::MAX_DEPTH))]
     max_depth: Option<u32>,
@@ -78,15 +94,15 @@ pub(super) struct ModelArgs {
     /// Which scene of the file, from 0 [default: as the file says].
     #[arg(long = "scene", value_name = "INDEX")]
     model_scene: Option<u32>,
-    /// Which animation of the file is played, from 0 [default: none].
-    #[arg(long, value_name = "INDEX")]
-    animation: Option<u32>,
+    /// Which animation of the file is played, by its place from 0 or its name [default: none].
+    #[arg(long, value_name = "WHICH")]
+    animation: Option<Which>,
     /// Seconds since the start of the animation.
     #[arg(short, value_name = "SECONDS", allow_negative_numbers = true)]
     t: Option<f64>,
-    /// Which variant of its materials, from 0.
-    #[arg(long, value_name = "INDEX")]
-    variant: Option<u32>,
+    /// Which variant of its materials, by its place from 0 or its name.
+    #[arg(long, value_name = "WHICH")]
+    variant: Option<Which>,
     /// Which lights shine on it: auto, studio or file [default: auto].
     #[arg(long, value_name = "LIGHTS", value_parser = word::<LightChoice>(), hide_possible_values = true)]
     light: Option<LightChoice>,
@@ -108,22 +124,49 @@ impl ModelArgs {
             variant: self.variant,
             light: self.light,
             strict: self.strict.then_some(true),
+            around: None,
         }
     }
 }
 
+/// A ratio of pixels.
+fn ratio(text: &str) -> Result<f64, String> {
+    let wrong = || "expected a number from 0.25 to 8".to_owned();
+    text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio)).ok_or_else(wrong)
+}
+
+/// An exposure.
+fn stops(text: &str) -> Result<f64, String> {
+    let wrong = || "expected a number from -32 to 32".to_owned();
+    text.parse().ok().filter(|stops: &f64| stops.abs() <= 32.0).ok_or_else(wrong)
+}
+
 impl SettingsArgs {
+    /// Pixels across and down, of the device.
+    fn size(&self) -> [Option<u32>; 2] {
+        let [width, height] = if self.size.is_some() { [Some(1200), Some(630)] } else { [self.width, self.height] };
+        let dpr = self.dpr.unwrap_or(1.0);
+        [width, height].map(|pixels| {
+            let scaled = (f64::from(pixels?) * dpr).round();
+            Some(scaled.clamp(1.0, limits::IMAGE_SIDE.max as f64) as u32)
+        })
+    }
+
     /// The settings as the renderer takes them.
     pub(super) fn overrides(&self) -> Overrides {
+        let [width, height] = self.size();
         Overrides {
-            width: self.width,
-            height: self.height,
+            width,
+            height,
             max_depth: self.max_depth,
             min_weight: self.min_weight,
             accuracy: self.accuracy,
             samples: self.samples,
             antialias: self.antialias,
             precision: self.precision,
+            background: self.background,
+            exposure: self.exposure,
+            tone: self.tone,
             seen_from: None,
             nff: NffOptions { two_sided: self.two_sided, spd_counts: self.spd_counts },
             model: self.model.options(),

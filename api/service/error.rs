@@ -11,6 +11,13 @@ pub(crate) enum Error {
     Scene(Problems),
     /// There is no scene with this id, or no longer.
     UnknownScene(String),
+    /// An asset has other bytes than its name says.
+    OtherBytes {
+        /// The SHA-256 of its name.
+        expected: String,
+        /// The SHA-256 that it has.
+        hash: String,
+    },
     /// Pictures of this scene have no ids, for a reason.
     NoIds(&'static str),
     /// The request asks for something outside of the picture, or beyond the precision of its numbers.

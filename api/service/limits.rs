@@ -82,6 +82,10 @@ pub(crate) struct CacheLimits {
     /// Bytes of the scenes posted to /v1/scenes.
     #[arg(long, env = "STRAHL_KNOWN_SCENE_BYTES", value_name = "BYTES", default_value_t = 256 << 20)]
     pub(crate) known_scene_bytes: u64,
+    /// Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it needed longest
+    /// ago go, but for what scenes of /v1/scenes and jobs name.
+    #[arg(long, env = "STRAHL_ASSET_BYTES", value_name = "BYTES", default_value_t = 1 << 30)]
+    pub(crate) asset_bytes: u64,
     /// Bytes of finished pictures in the folder of --cache.
     #[arg(long, env = "STRAHL_DISK_CACHE_BYTES", value_name = "BYTES", default_value_t = 10 << 30)]
     #[serde(skip)]

@@ -1,6 +1,7 @@
 //! What commands and HTTP share: scenes, pictures, jobs, the farm, and the scheduler of the rendering threads.
 
 pub(crate) mod addresses;
+pub(crate) mod assets;
 pub(crate) mod clock;
 pub(crate) mod concurrency_limit;
 pub(crate) mod deliveries;

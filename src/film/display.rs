@@ -16,12 +16,15 @@ pub struct Display {
     /// Factor on all radiance.
     gain: f64,
     tone: ToneMapping,
+    /// The linear colour that formats of codes show where the background is transparent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    backdrop: Option<[f32; 3]>,
 }
 
 impl Default for Display {
     /// Radiance is shown as it is.
     fn default() -> Self {
-        Self { gain: 1.0, tone: ToneMapping::None }
+        Self { gain: 1.0, tone: ToneMapping::None, backdrop: None }
     }
 }
 
@@ -31,7 +34,18 @@ const MOST: f64 = 1e30;
 impl Display {
     /// An exposure of some stops, then a tone curve.
     pub fn new(stops: f64, tone: ToneMapping) -> Self {
-        Self { gain: crate::math::pow(2.0, stops), tone }
+        Self { gain: crate::math::pow(2.0, stops), tone, backdrop: None }
+    }
+
+    /// The same over a linear colour, where the background is transparent.
+    #[must_use]
+    pub fn over(self, color: [f64; 3]) -> Self {
+        Self { backdrop: Some(color.map(|channel| channel as f32)), ..self }
+    }
+
+    /// That colour.
+    pub(crate) fn backdrop(&self) -> Option<[f32; 3]> {
+        self.backdrop
     }
 
     /// Whether radiance is shown as it is.

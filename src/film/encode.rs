@@ -15,7 +15,7 @@ impl Codes {
     /// The first half of encoding: channels to codes, on the current rayon pool.
     pub fn new(film: &Film, format: FileFormat) -> Self {
         let size = [film.region.width, film.region.height];
-        let transparent = !film.alpha.is_empty();
+        let transparent = film.is_clear();
         let codes = match format {
             FileFormat::Png8 | FileFormat::WebP if transparent => {
                 let (colors, alpha) = film.straight();

@@ -120,14 +120,22 @@ pub struct Film {
 }
 
 impl Film {
-    /// The linear colours that pictures of codes show, over black where the background is transparent.
+    /// Whether pictures of codes are transparent where nothing is.
+    pub fn is_clear(&self) -> bool {
+        !self.alpha.is_empty() && self.display.backdrop().is_none()
+    }
+
+    /// The linear colours that pictures of codes show, over the backdrop or else black where the background is transparent.
     pub fn shown(&self) -> Cow<'_, [[f32; 3]]> {
         if self.alpha.is_empty() {
             return self.display.all(&self.pixels);
         }
         let (straight, alpha) = self.straight();
-        let over_black = |(color, alpha): (&[f32; 3], &f32)| color.map(|c| c.min(1.0) * alpha);
-        Cow::Owned(straight.iter().zip(&alpha).map(over_black).collect())
+        let backdrop = self.display.backdrop().unwrap_or_default();
+        let over = |(color, alpha): (&[f32; 3], &f32)| -> [f32; 3] {
+            std::array::from_fn(|c| color[c].min(1.0) * alpha + backdrop[c] * (1.0 - alpha))
+        };
+        Cow::Owned(straight.iter().zip(&alpha).map(over).collect())
     }
 
     /// The linear colours that are shown, not multiplied by alpha, and their alpha. Files of codes have no colours above 1. So

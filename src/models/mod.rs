@@ -19,12 +19,14 @@ pub mod parts;
 mod ply;
 mod stl;
 mod text;
+mod which;
 
 pub use budget::Budget;
 pub use fault::{Fault, Faults, Kind, Place, Subject, Warning};
 pub use geometry::Geometry;
 pub use material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
 pub use model::{Lamp, LampKind, Model, ModelCamera, Picture, Placement, Projection, Up};
+pub use which::Which;
 
 /// Gives the part of a model that has a name; an error is the end of a sentence that begins with the name.
 pub type Parts<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
@@ -48,11 +50,11 @@ pub struct Choice {
     /// Which scene of the file. Default: the one that it names, else the first.
     pub scene: Option<u32>,
     /// Which animation is played. Default: none, the pose at rest.
-    pub animation: Option<u32>,
+    pub animation: Option<Which>,
     /// Seconds since the start of the animation.
     pub seconds: f64,
     /// Which variant of the materials. Default: none.
-    pub variant: Option<u32>,
+    pub variant: Option<Which>,
     /// Whether what only changes the look is refused too, as the glTF specification asks of `extensionsRequired`.
     pub strict: bool,
 }

@@ -60,6 +60,15 @@ pub struct Hit {
     pub object: String,
 }
 
+/// Whether any of some objects is a model, whose file it does not read.
+fn has_models(objects: &[Object]) -> bool {
+    objects.iter().any(|object| match object {
+        Object::Group(group) => has_models(&group.objects),
+        Object::Model(_) => true,
+        _ => false,
+    })
+}
+
 /// Whether any of some objects moves.
 fn moves(objects: &[Object]) -> bool {
     objects.iter().any(|object| match object {
@@ -84,8 +93,11 @@ impl Reference {
             })
             || moves(&description.objects)
             || description.definitions.iter().any(|(_, objects)| moves(objects));
+        let has_models =
+            has_models(&description.objects) || description.definitions.iter().any(|(_, objects)| has_models(objects));
         description.environment.is_none()
             && !chooses
+            && !has_models
             && materials.all(|m| {
                 let smooth = m.bump.is_none() && m.normal_map.is_none();
                 let sharp = m.roughness == 0.0 && m.dispersion == 0.0 && m.pbr.is_none();

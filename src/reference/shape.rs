@@ -57,7 +57,7 @@ pub(super) fn shape_of(object: &Object) -> Option<(Box<dyn Shape>, Look<'_>)> {
             (Box::new(mesh), m.look())
         }
         Object::Polygon(p) => (Box::new(Polygon::new(points(&p.vertices))), p.look()),
-        Object::Group(_) | Object::Instance(_) => return None,
+        Object::Group(_) | Object::Instance(_) | Object::Model(_) => return None,
     };
     Some(shape)
 }

@@ -1,11 +1,12 @@
 //! From the bytes of a file to a compiled scene, with every problem located in the text.
 
+use super::assets;
 use super::check::{check, settings_are_sound, warnings};
 use super::compile::{CompileOptions, Original, build_from, checked};
-use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
+use super::description::{Accuracy, Camera, Description, FilmBackground, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
-use super::model::{self, ModelOptions};
+use super::model::{self, ModelOptions, Views, read_models};
 use super::nff::{self, NffOptions};
 use super::pictures::{Files, NoFiles, Pictures};
 use super::problem::{Code, unless_cancelled};
@@ -13,10 +14,12 @@ use super::read::{self, Mended, Unreadable, read_json};
 use super::recognise::{Recognised, recognise, recognise_start};
 use super::{Problem, Problems, Scene};
 use crate::control::milliseconds;
+use crate::film::ToneMapping;
 use crate::models::ModelFormat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// File formats of scenes.
@@ -40,6 +43,11 @@ pub enum Format {
 }
 
 impl Format {
+    /// Whether it is one of models, in one file or in several parts.
+    pub fn is_model(self) -> bool {
+        self.model().is_some() || self == Self::Parts
+    }
+
     /// The format of a model in one file.
     pub fn model(self) -> Option<ModelFormat> {
         match self {
@@ -72,6 +80,15 @@ pub struct Overrides {
     pub antialias: Option<bool>,
     /// Floating-point format.
     pub precision: Option<Precision>,
+    /// What the camera sees where nothing is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<FilmBackground>,
+    /// Exposure in stops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f64>,
+    /// How light brighter than white is compressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tone: Option<ToneMapping>,
     /// Eye and target of a pinhole camera in place of the scene's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seen_from: Option<[[f64; 3]; 2]>,
@@ -92,6 +109,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// The options that an NFF file was read with.
     pub nff: NffOptions,
+    /// How a model is seen again.
+    pub views: Option<Arc<Views>>,
     /// Milliseconds spent reading.
     pub parse_ms: f64,
     /// Milliseconds spent checking and compiling, without building hierarchies.
@@ -157,7 +176,7 @@ pub fn load_if<E>(
             let steps = Steps::read(start);
             let (pictures, warnings) = steps.checked(&description, files, accept, None)?;
             let scene = steps.build(&description, overrides.nff, pictures, warnings, None)?;
-            Ok(steps.loaded(description, scene, overrides.nff))
+            Ok(steps.loaded(description, scene, overrides.nff, Vec::new()))
         }
     }
 }
@@ -176,14 +195,38 @@ fn load_model<E>(
         None => model::import_parts(bytes.as_ref(), overrides)?,
     };
     drop(bytes);
-    let model::Imported { mut description, warnings: mut all, from_files } = imported;
+    let model::Imported { mut description, warnings: mut all, from_files, views } = imported;
     overrides.apply(&mut description);
     let steps = Steps::read(start);
     let (mut pictures, warnings) = steps.checked(&description, files, accept, None)?;
     pictures.from_files |= from_files;
     all.extend(warnings);
     let scene = steps.build(&description, NffOptions::default(), pictures, all, None)?;
-    Ok(steps.loaded(description, scene, NffOptions::default()))
+    let loaded = steps.loaded(description, scene, NffOptions::default(), Vec::new());
+    Ok(Loaded { views: Some(views.into()), ..loaded })
+}
+
+/// Reads the models that a scene places. Returns the SHA-256 of each asset that it names.
+pub(super) fn prepare(description: &mut Description, files: &dyn Files) -> Result<Vec<String>, Problems> {
+    let found = assets::found(description, files).and_then(|found| {
+        read_models(description, files)?;
+        Ok(found)
+    });
+    found.map_err(|Problems(mut problems)| {
+        if let Err(Problems(mut more)) = check(description) {
+            problems.append(&mut more);
+            problems.truncate(PROBLEMS_FOUND);
+        }
+        Problems(problems)
+    })
+}
+
+/// An error with pointers into the text of the scene, which has models.
+pub(super) fn meant<E>(description: &Description, mut error: NotLoaded<E>) -> NotLoaded<E> {
+    if let (NotLoaded::Problems(Problems(problems)), Some(models)) = (&mut error, description.models.get()) {
+        problems.iter_mut().for_each(|problem| _ = models.place(&mut problem.pointer));
+    }
+    error
 }
 
 fn load_json<E>(
@@ -200,18 +243,28 @@ fn load_json<E>(
             let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
             overrides.apply(&mut description);
             let steps = Steps::read(start);
-            let checked = steps.checked(&description, files, accept, None);
-            let checked = checked.map_err(|error| overrides.located(json, error));
+            let known = if description.lacks_models() { files.known(&description) } else { None };
+            let known = known.as_ref().and_then(|known| known.kept());
+            let known = known.filter(|(known, _)| description.takes_objects_of(known));
+            let prepared = prepare(&mut description, files);
+            let assets = prepared.map_err(|problems| overrides.located(json, NotLoaded::Problems(problems)))?;
+            let whole = description.whole();
+            let own = known.map(|(known, scene)| (known.whole(), scene));
+            let known = own.as_ref().map(|(description, scene)| Original { description, scene });
+            let checked = steps.checked(&whole, files, accept, known);
+            let checked = checked.map_err(|error| overrides.located(json, meant(&description, error)));
             let (pictures, mut warnings) = checked?;
             overrides.locate(json, &mut warnings);
+            warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
             // Only definitions can still become too large, when they are expanded.
-            let text = (!description.definitions.is_empty()).then_some(text);
-            let built = steps.build(&description, NffOptions::default(), pictures, warnings, None);
+            let text = (!whole.definitions.is_empty()).then_some(text);
+            let built = steps.build(&whole, NffOptions::default(), pictures, warnings, known);
             let scene = built.map_err(|problems| {
                 let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
-                overrides.located(json, NotLoaded::Problems(problems))
+                overrides.located(json, meant(&description, NotLoaded::Problems(problems)))
             })?;
-            Ok(steps.loaded(description, scene, NffOptions::default()))
+            drop(whole);
+            Ok(steps.loaded(description, scene, NffOptions::default(), assets))
         }
         Err(Unreadable { problems, mended }) => {
             let text = json;
@@ -234,26 +287,26 @@ fn load_json<E>(
 }
 
 /// The steps from a description to a scene, and when they began.
-pub(super) struct Steps {
+pub(in crate::scene) struct Steps {
     parse_ms: f64,
     start: Instant,
 }
 
 impl Steps {
     /// A description was read, which began at `start`.
-    pub(super) fn read(start: Instant) -> Self {
+    pub(in crate::scene) fn read(start: Instant) -> Self {
         Self { parse_ms: milliseconds(start), start: Instant::now() }
     }
 
     /// Checks a description, and reads the pictures that it names. Returns them, and warnings. What has the bodies of
     /// `original` is checked around them.
-    pub(super) fn checked<'a, E>(
+    pub(in crate::scene) fn checked<'a, E>(
         &self,
         description: &'a Description,
         files: &dyn Files,
         accept: impl FnOnce(&Description) -> Result<(), E>,
-        original: Option<Original<'_>>,
-    ) -> Result<(Pictures<'a>, Vec<Problem>), NotLoaded<E>> {
+        original: Option<Original<'a>>,
+    ) -> Result<(Pictures, Vec<Problem>), NotLoaded<E>> {
         unless_cancelled()?;
         if let Err(refused) = accept(description) {
             // Its author should learn of its problems first.
@@ -261,16 +314,16 @@ impl Steps {
             return Err(NotLoaded::Refused(refused));
         }
         let same_bodies = original.filter(|original| original.has_bodies_of(description));
-        let pictures = checked(description, files, same_bodies.is_some())?;
+        let pictures = checked(description, files, original)?;
         Ok((pictures, warnings(description, same_bodies.map(|original| &original.scene.warnings[..]))))
     }
 
     /// Builds the scene of a checked description, in the geometry of `original` if it has its objects.
-    pub(super) fn build(
+    pub(in crate::scene) fn build(
         &self,
         description: &Description,
         nff: NffOptions,
-        pictures: Pictures<'_>,
+        pictures: Pictures,
         warnings: Vec<Problem>,
         original: Option<Original<'_>>,
     ) -> Result<Scene, Problems> {
@@ -279,9 +332,21 @@ impl Steps {
         build_from(description, options, &pictures, warnings, original)
     }
 
-    pub(super) fn loaded(&self, description: Description, scene: Scene, nff: NffOptions) -> Loaded {
+    /// A scene that was built of what `description` says, with the assets that it names.
+    pub(in crate::scene) fn loaded(
+        &self,
+        description: Description,
+        mut scene: Scene,
+        nff: NffOptions,
+        assets: Vec<String>,
+    ) -> Loaded {
+        if let Some(models) = description.models.get() {
+            scene.place(models);
+            scene.from_files |= models.from_files;
+        }
+        scene.assets = assets;
         let plan_ms = (milliseconds(self.start) - scene.bvh_ms).max(0.0);
-        Loaded { description, scene, nff, parse_ms: self.parse_ms, plan_ms }
+        Loaded { description, scene, nff, views: None, parse_ms: self.parse_ms, plan_ms }
     }
 }
 
@@ -316,6 +381,9 @@ impl Overrides {
             samples: self.samples.or(other.samples),
             antialias: self.antialias.or(other.antialias),
             precision: self.precision.or(other.precision),
+            background: self.background.or(other.background),
+            exposure: self.exposure.or(other.exposure),
+            tone: self.tone.or(other.tone),
             seen_from: self.seen_from.or(other.seen_from),
             nff: other.nff,
             model: other.model,
@@ -333,7 +401,7 @@ impl Overrides {
 
     /// Replaces the settings of a description.
     pub fn apply(&self, description: &mut Description) {
-        let Description { image, render, camera, .. } = description;
+        let Description { image, render, camera, film, .. } = description;
         if let Some([eye, look_at]) = self.seen_from {
             *camera = Camera::Pinhole(PinholeCamera::looking(eye, look_at));
         }
@@ -345,6 +413,9 @@ impl Overrides {
         render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
         render.precision = self.precision.unwrap_or(render.precision);
+        film.background = self.background.unwrap_or(film.background);
+        film.exposure = self.exposure.unwrap_or(film.exposure);
+        film.tone = self.tone.unwrap_or(film.tone);
     }
 
     /// The same with its problems located in the text.
@@ -364,7 +435,7 @@ impl Overrides {
         let overrides = serde_json::to_value(self).unwrap_or_default();
         for problem in problems {
             let pointer = &problem.pointer;
-            let key = pointer.strip_prefix("/image/").or_else(|| pointer.strip_prefix("/render/"));
+            let key = ["/image/", "/render/", "/film/"].iter().find_map(|part| pointer.strip_prefix(part));
             let is_camera = self.seen_from.is_some() && pointer.starts_with("/camera/");
             if is_camera || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);

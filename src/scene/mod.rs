@@ -1,9 +1,11 @@
 //! From a scene's text to the [`Scene`] that a render needs: read, check, compile.
 
+pub mod assets;
 pub mod check;
 pub mod compile;
 pub mod description;
 pub mod effects;
+pub mod hashes;
 pub mod light_cells;
 pub mod limits;
 pub mod load;
@@ -20,10 +22,11 @@ pub mod size;
 pub(crate) mod transform;
 pub mod usage;
 pub mod variation;
+mod view;
 pub mod world;
 
 pub use compile::Scene;
 pub use description::Description;
 pub use load::{Format, Loaded, NotLoaded, Overrides, load, load_if, load_with};
-pub use pictures::{Files, NoFiles};
+pub use pictures::{Files, KnownScene, NoFiles};
 pub use problem::{Problem, Problems};

@@ -3,7 +3,9 @@
 //! Against decompression bombs, all limits are checked before the texels are decoded: the bytes of a picture, its sides,
 //! and the memory of all pictures together.
 
+use super::Scene;
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
+use super::hashes::hash_of;
 use super::limits::{PICTURE_BYTES, PICTURE_MEMORY, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
 use crate::control::{self, Cancelled};
@@ -14,7 +16,7 @@ use data_encoding::BASE64;
 use image::{
     ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -27,10 +29,26 @@ pub trait Files: Sync {
     /// with the file's name.
     fn read(&self, name: &str) -> Result<Vec<u8>, String>;
 
+    /// Whether there is an asset of this SHA-256, which is then read under the name `sha256:` and its digits.
+    fn has_asset(&self, _hash: &str) -> bool {
+        false
+    }
+
+    /// A scene that is kept and may have the same objects, among them models. This one is then built as a variation of it.
+    fn known(&self, _description: &Description) -> Option<Arc<dyn KnownScene>> {
+        None
+    }
+
     /// Whether there is memory for so many bytes more, asked before a picture is decoded. Without it the scene is not built.
     fn has_room(&self, _bytes: u64) -> bool {
         true
     }
+}
+
+/// A scene that somebody keeps, of which others may be variations.
+pub trait KnownScene: Send + Sync {
+    /// What it was built from, and the scene.
+    fn kept(&self) -> Option<(&Description, &Scene)>;
 }
 
 /// No files: pictures have to be in the scene.
@@ -64,29 +82,61 @@ pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
     if textured.channel == Some(TexelChannel::A) { Meaning::Alpha } else { Meaning::Data }
 }
 
+/// What a picture is of: its source, and the meaning of its numbers.
+type Key<'a> = (&'a str, Meaning);
+
+/// The pictures that a scene was built with, as its description names them.
+pub(super) type Decoded<'a> = Vec<(Key<'a>, Arc<Mipmap>)>;
+
 /// Decoded pictures, one for each source and meaning.
 #[derive(Debug, Default)]
-pub(super) struct Pictures<'a> {
-    known: HashMap<(&'a str, Meaning), Arc<Mipmap>>,
+pub(super) struct Pictures {
+    /// As the description names them.
+    all: Vec<Arc<Mipmap>>,
+    /// By where the source is in memory: it may be a whole picture, and is asked for often.
+    places: HashMap<(usize, usize, Meaning), Arc<Mipmap>>,
     /// Whether any came from a file, whose content may change.
     pub(super) from_files: bool,
 }
 
-impl<'a> Pictures<'a> {
-    /// Reads all pictures of a description.
-    pub(super) fn read(description: &'a Description, files: &dyn Files) -> Result<Self, Problems> {
+/// Where a source is in memory.
+fn place((source, meaning): Key<'_>) -> (usize, usize, Meaning) {
+    (source.as_ptr() as usize, source.len(), meaning)
+}
+
+impl Pictures {
+    /// Reads all pictures of a description that are not `known`.
+    pub(super) fn read(description: &Description, files: &dyn Files, known: Decoded<'_>) -> Result<Self, Problems> {
         let mut pictures = Self::default();
         let mut problems = Vec::new();
         let mut left = PICTURE_MEMORY.max;
-        for (source, meaning, pointer) in wanted(description) {
-            if pictures.known.contains_key(&(source, meaning)) {
+        let mut counted = HashSet::new();
+        let mut decoded: HashMap<Key<'_>, Arc<Mipmap>> = HashMap::new();
+        let mut others: Option<HashMap<Key<'_>, Arc<Mipmap>>> = None;
+        for (i, (source, meaning, pointer)) in wanted(description).into_iter().enumerate() {
+            unless_cancelled()?;
+            let key = (source, meaning);
+            pictures.from_files |= !is_url(source);
+            // Mostly it is in the same place as in the other scene.
+            let before = known.get(i).filter(|(other, _)| *other == key).map(|(_, mipmap)| Arc::clone(mipmap));
+            let before = before.filter(|_| is_url(source)).or_else(|| {
+                let of_others = || known.iter().filter(|((source, _), _)| is_url(source)).cloned().collect();
+                let others = if known.is_empty() { None } else { Some(others.get_or_insert_with(of_others)) };
+                others.and_then(|others| others.get(&key)).or_else(|| decoded.get(&key)).map(Arc::clone)
+            });
+            if let Some(mipmap) = before {
+                if counted.insert(Arc::as_ptr(&mipmap) as usize) {
+                    left = left.saturating_sub(mipmap.bytes() as u64);
+                }
+                pictures.keep(key, mipmap);
                 continue;
             }
-            unless_cancelled()?;
-            pictures.from_files |= !is_url(source);
             match bytes(source, files).and_then(|bytes| decode(&bytes, meaning, &mut left, files)) {
                 Ok(mipmap) => {
-                    pictures.known.insert((source, meaning), Arc::new(mipmap));
+                    let mipmap = Arc::new(mipmap);
+                    counted.insert(Arc::as_ptr(&mipmap) as usize);
+                    decoded.insert(key, Arc::clone(&mipmap));
+                    pictures.keep(key, mipmap);
                 }
                 Err((code, detail)) => problems.push(Problem::new(pointer, code, detail)),
             }
@@ -98,16 +148,34 @@ impl<'a> Pictures<'a> {
         if problems.is_empty() { Ok(pictures) } else { Err(Problems(problems)) }
     }
 
-    /// A picture that was read.
+    fn keep(&mut self, key: Key<'_>, mipmap: Arc<Mipmap>) {
+        self.places.insert(place(key), Arc::clone(&mipmap));
+        self.all.push(mipmap);
+    }
+
+    /// A picture that was read, by the source in the description that it was read for.
     pub(super) fn get(&self, source: &str, meaning: Meaning) -> Arc<Mipmap> {
-        let known = self.known.get(&(source, meaning));
+        let known = self.places.get(&place((source, meaning)));
         Arc::clone(known.unwrap_or_else(|| unreachable!("all pictures have been read")))
     }
 
-    /// Bytes they take.
-    pub(super) fn bytes(&self) -> usize {
-        self.known.values().map(|mipmap| mipmap.bytes()).sum()
+    /// All of them, as the description names them.
+    pub(super) fn all(&self) -> &[Arc<Mipmap>] {
+        &self.all
     }
+}
+
+/// Bytes of pictures, each counted once, without those that are among `others`.
+pub(super) fn bytes_of(pictures: &[Arc<Mipmap>], others: &[Arc<Mipmap>]) -> usize {
+    let place = |mipmap: &Arc<Mipmap>| Arc::as_ptr(mipmap) as usize;
+    let mut counted: HashSet<usize> = others.iter().map(place).collect();
+    pictures.iter().filter(|mipmap| counted.insert(place(mipmap))).map(|mipmap| mipmap.bytes()).sum()
+}
+
+/// The pictures that a scene was built with.
+pub(super) fn known<'a>(description: &'a Description, pictures: &[Arc<Mipmap>]) -> Decoded<'a> {
+    let keys = wanted(description).into_iter().map(|(source, meaning, _)| (source, meaning));
+    keys.zip(pictures.iter().map(Arc::clone)).collect()
 }
 
 /// The pictures of a description, with the JSON pointer of each.
@@ -152,6 +220,11 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     wanted
 }
 
+/// The sources of the pictures of a description, with the JSON pointer of each.
+pub(super) fn sources(description: &Description) -> impl Iterator<Item = (&str, String)> {
+    wanted(description).into_iter().map(|(source, _, pointer)| (source, pointer))
+}
+
 /// Bytes of the names and contents of pictures in a description.
 pub(super) fn source_bytes(description: &Description) -> u64 {
     wanted(description).iter().map(|(source, ..)| source.len() as u64).sum()
@@ -180,7 +253,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
             return Err((Code::Unsupported, "must be written as \"data:image/png;base64,...\"".into()));
         };
         BASE64.decode(data.as_bytes()).map_err(|error| (Code::Degenerate, format!("is no base64: {error}")))?
-    } else if is_url(source) {
+    } else if is_url(source) && hash_of(source).is_none() {
         let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
         return Err((Code::Unsupported, detail.into()));
     } else {

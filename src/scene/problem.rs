@@ -1,5 +1,6 @@
 //! Problems of a scene, in words that tell its author how to fix them.
 
+use super::hashes::{SCHEME, hash_of};
 use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::control::{self, Cancelled};
 use schemars::JsonSchema;
@@ -62,6 +63,8 @@ pub enum Code {
     Skipped,
     /// Of a model: what its file does not say.
     Assumed,
+    /// An asset that the scene names has not been sent.
+    MissingAsset,
     /// Loading was cancelled. No client reads this.
     Cancelled,
 }
@@ -70,6 +73,21 @@ impl Problem {
     /// A problem at a pointer; line and column are found later, from the source text.
     pub fn new(pointer: impl Into<String>, code: Code, detail: impl Into<String>) -> Self {
         Self { pointer: pointer.into(), code, detail: detail.into(), line: None, column: None, offset: None }
+    }
+
+    /// An asset is not there.
+    pub(in crate::scene) fn missing_asset(pointer: impl Into<String>, hash: &str) -> Self {
+        Self::new(
+            pointer,
+            Code::MissingAsset,
+            format!("{SCHEME}{hash} is not here: send it with PUT /v1/assets/{hash}"),
+        )
+    }
+
+    /// The SHA-256 of the asset that is missing.
+    pub fn lacks(&self) -> Option<&str> {
+        let name = (self.code == Code::MissingAsset).then(|| self.detail.split(' ').next())??;
+        hash_of(name)
     }
 }
 

@@ -144,6 +144,11 @@ impl Sizes {
                 let further = m.normals.as_ref().map_or(0, Vec::len) + pairs + 2 * fours;
                 mesh(m.faces.len(), m.vertices.len() + further)
             }
+            // What is in its file is not known yet.
+            Object::Model(model) => {
+                let name = model.name.as_ref().map_or(0, |name| 32 + name.len() as u64);
+                self.boxed + name + 400 * model.materials.len() as u64
+            }
             // Its pointer repeats those of the groups around it.
             Object::Group(group) => {
                 let name = group.name.as_ref().map_or(0, |name| 32 + name.len() as u64);

@@ -5,7 +5,7 @@
 
 use super::check::settings_are_sound;
 use super::compile::Original;
-use super::load::{NotLoaded, Steps, with_rest};
+use super::load::{NotLoaded, Steps, meant, prepare, with_rest};
 use super::nff::NffOptions;
 use super::pictures::Files;
 use super::problem::{Code, unless_cancelled};
@@ -44,10 +44,21 @@ pub fn vary_with<E>(
     let overrides = if settings_are_sound(&description) { *overrides } else { Overrides::default() };
     overrides.apply(&mut description);
     let steps = Steps::read(start);
-    let (pictures, warnings) = steps.checked(&description, files, accept, Some(original))?;
+    let own = original.description;
+    if Arc::ptr_eq(&own.objects, &description.objects) && Arc::ptr_eq(&own.definitions, &description.definitions) {
+        description.take_models_of(own);
+    }
+    let assets = prepare(&mut description, files)?;
+    let (whole, known) = (description.whole(), own.whole());
+    let known = Some(Original { description: &known, scene: original.scene });
+    let checked = steps.checked(&whole, files, accept, known).map_err(|error| meant(&description, error));
+    let (pictures, mut warnings) = checked?;
+    warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
     let nff = NffOptions::default();
-    let scene = steps.build(&description, nff, pictures, warnings, Some(original))?;
-    Ok(steps.loaded(description, scene, nff))
+    let built = steps.build(&whole, nff, pictures, warnings, known);
+    let scene = built.map_err(|problems| meant(&description, NotLoaded::Problems(problems)))?;
+    drop(whole);
+    Ok(steps.loaded(description, scene, nff, assets))
 }
 
 /// The description that a patch makes of another one.

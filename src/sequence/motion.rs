@@ -30,6 +30,7 @@ fn moves(object: &Object) -> bool {
     match object {
         Object::Group(group) => group.motion.is_some_and(|motion| motion.moves()) || group.objects.iter().any(moves),
         Object::Instance(instance) => instance.motion.is_some_and(|motion| motion.moves()),
+        Object::Model(model) => model.motion.is_some_and(|motion| motion.moves()),
         _ => false,
     }
 }
@@ -42,6 +43,7 @@ fn advance(object: &mut Object, shutters: f64) {
             carry(&mut group.transform, &mut group.motion, shutters);
         }
         Object::Instance(instance) => carry(&mut instance.transform, &mut instance.motion, shutters),
+        Object::Model(model) => carry(&mut model.transform, &mut model.motion, shutters),
         _ => {}
     }
 }

@@ -15,9 +15,10 @@ use schemas::Schemas;
 use serde_json::{Map, Value, json};
 
 /// Tags that group operations.
-const TAGS: [(&str, &str); 5] = [
+const TAGS: [(&str, &str); 6] = [
     ("render", "A scene in, an answer at once"),
     ("jobs", "Renders that take longer: submit, watch, fetch"),
+    ("assets", "Files that scenes name by their SHA-256"),
     ("pictures", "Known scenes and pictures by their ids"),
     ("tiles", "Deep zoom: IIIF, DZI, XYZ"),
     ("service", "About the service itself"),

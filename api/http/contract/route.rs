@@ -94,30 +94,43 @@ pub(crate) fn example_scene() -> Value {
     })
 }
 
+/// Scenes in other formats than JSON.
+const FILES: [Content; 8] = [
+    Content::file("model/gltf-binary"),
+    Content::text("model/gltf+json"),
+    Content::text("model/obj"),
+    Content::file("model/stl"),
+    Content::file("model/ply"),
+    Content::file("multipart/form-data"),
+    Content::text("text/x-nff"),
+    Content::file("application/gzip"),
+];
+
 /// The same in Neutral File Format.
 const EXAMPLE_NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
                            f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
 
 impl Body {
+    /// The same or a file of any other format of scenes.
+    pub(crate) fn or_files(mut self) -> Self {
+        self.contents.extend(FILES);
+        self
+    }
+
     /// A scene.
     pub(crate) fn scene() -> Self {
         let scene = Content::of("application/json", |_| json!({ "$ref": "#/components/schemas/Scene" }));
+        let variation = Content { media_type: variation::MEDIA_TYPE, schema: Schemas::body::<Variation<'_>> };
         Self {
             about: "The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene",
-            contents: vec![
-                scene,
-                Content { media_type: variation::MEDIA_TYPE, schema: Schemas::body::<Variation<'_>> },
-                Content::file("model/gltf-binary"),
-                Content::text("model/gltf+json"),
-                Content::text("model/obj"),
-                Content::file("model/stl"),
-                Content::file("model/ply"),
-                Content::file("multipart/form-data"),
-                Content::text("text/x-nff"),
-                Content::file("application/gzip"),
-            ],
+            contents: [scene, variation].into_iter().chain(FILES).collect(),
             example: Some(example_scene()),
         }
+    }
+
+    /// A file of any type.
+    pub(crate) fn file(about: &'static str) -> Self {
+        Self { about, contents: vec![Content::file("application/octet-stream")], example: None }
     }
 
     /// JSON that is read into a type.
@@ -190,6 +203,15 @@ impl Route {
         about: [&'static str; 3],
     ) -> Self {
         Self::new(("post", MethodFilter::POST), path, handler, about)
+    }
+
+    /// A PUT route.
+    pub(crate) fn put<H: Handler<T, App>, T: 'static>(
+        path: &'static str,
+        handler: H,
+        about: [&'static str; 3],
+    ) -> Self {
+        Self::new(("put", MethodFilter::PUT), path, handler, about)
     }
 
     /// A PATCH route.

@@ -11,8 +11,9 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
+use strahl::models::Which;
 use strahl::render::Layers;
-use strahl::scene::description::{Accuracy, Precision};
+use strahl::scene::description::{Accuracy, FilmBackground, Precision};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::model::{ModelOptions, View};
 use strahl::scene::nff::NffOptions;
@@ -58,6 +59,10 @@ enum Values {
     Point,
     Accuracy,
     View,
+    Background,
+    Sheet,
+    /// A number from 0, or a name.
+    Which,
 }
 
 /// The largest whole number that the contract's format int64 holds.
@@ -65,6 +70,9 @@ const MAX_WHOLE: u64 = i64::MAX as u64;
 
 /// More pixels than any picture has.
 const MAX_PIXELS: u64 = u32::MAX as u64;
+
+/// Pixels across and down of the preview of a page, as the Open Graph protocol's users show it.
+const PREVIEW: [u32; 2] = [1200, 630];
 
 /// Three numbers as a pattern.
 const POINT: &str = "^ *[-+.0-9eE]+ *, *[-+.0-9eE]+ *, *[-+.0-9eE]+ *$";
@@ -78,6 +86,7 @@ impl Parameter {
     pub(crate) fn schema(&self) -> Value {
         match &self.values {
             Values::Text => json!({ "type": "string" }),
+            Values::Which => json!({ "type": "string", "minLength": 1, "maxLength": 62 }),
             Values::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             Values::Flag => json!({ "type": "boolean" }),
             Values::Whole(least, MAX_PIXELS, _) => json!({ "type": "integer", "format": "int32", "minimum": least }),
@@ -96,6 +105,8 @@ impl Parameter {
             Values::Point => json!({ "type": "string", "pattern": POINT }),
             Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
             Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
+            Values::Sheet => json!({ "type": "string", "pattern": "^[1-9][0-9]{0,3}x[1-9][0-9]{0,3}$" }),
+            Values::Background => json!({ "type": "string", "pattern": FilmBackground::PATTERN }),
         }
     }
 }
@@ -117,6 +128,9 @@ impl Values {
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),
             Self::View => View::WRITTEN.into(),
+            Self::Sheet => "columns and rows, as 6x6".into(),
+            Self::Background => FilmBackground::WRITTEN.into(),
+            Self::Which => Which::WRITTEN.into(),
         }
     }
 }
@@ -244,6 +258,15 @@ impl Query {
         self.take(name, about, Values::Words(names), read)
     }
 
+    /// How many are side by side and below each other, as COLUMNSxROWS.
+    pub(crate) fn sheet(&mut self, name: &'static str, about: &'static str) -> Option<[u32; 2]> {
+        self.take(name, about, Values::Sheet, |text| {
+            let (columns, rows) = text.split_once('x')?;
+            let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=1_000).contains(side));
+            Some([side(columns)?, side(rows)?])
+        })
+    }
+
     /// The value of a parameter, as `read` understands it.
     fn take<T>(
         &mut self,
@@ -299,9 +322,10 @@ impl Query {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
             self.wrong("two_sided", "unsupported", detail.into());
         }
+        let [width, height] = self.size();
         Overrides {
-            width: self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE),
-            height: self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE),
+            width,
+            height,
             max_depth: self.up_to("max_depth", "Longest chain of rays; the primary ray counts 1.", limits::MAX_DEPTH),
             min_weight: self.take(
                 "min_weight",
@@ -319,10 +343,52 @@ impl Query {
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
+            background: self.take(
+                "background",
+                "What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is.",
+                Values::Background,
+                |text| text.parse().ok(),
+            ),
+            exposure: self.take(
+                "exposure",
+                "Exposure in stops, each of which doubles the light, in place of the scene's.",
+                Values::Number(-32.0, Some(32.0), None),
+                |text| text.parse().ok().filter(|stops: &f64| stops.abs() <= 32.0),
+            ),
+            tone: self.word("tone", "How light brighter than white is compressed, in place of what the scene says."),
             seen_from: None,
             nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },
             model: self.model(),
         }
+    }
+
+    /// `width`, `height`, `size` and `dpr`.
+    fn size(&mut self) -> [Option<u32>; 2] {
+        let width = self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE);
+        let height = self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE);
+        let about =
+            "A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.";
+        let size = self.take("size", about, Values::Words(vec!["og".into()]), |name| (name == "og").then_some(PREVIEW));
+        let about = "Pixels of the device for each of width and height.";
+        let values = Values::Number(0.25, Some(8.0), None);
+        let dpr = self
+            .take("dpr", about, values, |text| text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio)));
+        if size.is_some() && (width.is_some() || height.is_some()) {
+            self.wrong("size", "unsupported", "it takes the place of width and height: give either".into());
+        }
+        let [width, height] = size.map_or([width, height], |size| size.map(Some));
+        let Some(dpr) = dpr else { return [width, height] };
+        if width.is_none() || height.is_none() {
+            self.wrong("dpr", "unsupported", "it multiplies width and height: give both, or size=og".into());
+        }
+        [width, height].map(|pixels| {
+            let scaled = f64::from(pixels?) * dpr;
+            let most = limits::IMAGE_SIDE.max as f64;
+            if scaled > most {
+                self.wrong("dpr", "out-of-range", format!("{scaled} pixels are more than {most} (image_side)"));
+            }
+            Some(scaled.round().clamp(1.0, most) as u32)
+        })
     }
 
     /// What is asked of a model; scenes refuse it.
@@ -335,14 +401,20 @@ impl Query {
             up: self.word("up", "Which axis of a model is up."),
             camera: self.count_or_0("camera", "Which camera of a model's file sees it, from 0.", MOST),
             scene: self.count_or_0("scene", "Which scene of a model's file, from 0.", MOST),
-            animation: self.count_or_0("animation", "Which animation of a model's file, from 0.", MOST),
+            animation: self.which("animation", "Which animation of a model's file, by its place from 0 or its name."),
             t: self.take("t", "Seconds since the start of the animation.", Values::Number(0.0, None, None), |text| {
                 text.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0)
             }),
-            variant: self.count_or_0("variant", "Which variant of a model's materials, from 0.", MOST),
+            variant: self.which("variant", "Which variant of a model's materials, by its place from 0 or its name."),
             light: self.word("light", "Which lights shine on a model."),
             strict: self.flag("strict", "Whether what a model requires and is not simulated is refused."),
+            around: None,
         }
+    }
+
+    /// One of several things of a model's file.
+    fn which(&mut self, name: &'static str, about: &'static str) -> Option<Which> {
+        self.take(name, about, Values::Which, |text| text.parse().ok())
     }
 
     /// `format`, `bits` and `quality`.

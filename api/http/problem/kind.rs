@@ -37,6 +37,11 @@ kinds! {
     InvalidScene = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
         "`errors` lists every problem with its JSON pointer, line and column. The format is described at \
          /schema/scene.json.";
+    AssetsMissing = "assets-missing", UNPROCESSABLE_ENTITY, "Assets are missing",
+        "Send each asset in `missing` with PUT /v1/assets/{sha256}, and then the same request again. An asset that another \
+         tenant has sent has to be sent by you, too.";
+    AssetMismatch = "asset-mismatch", UNPROCESSABLE_ENTITY, "The bytes have another SHA-256",
+        "The hash in the path is that of the bytes before Content-Encoding. POST /v1/assets takes any bytes and says their hash.";
     InvalidRays = "invalid-rays", UNPROCESSABLE_ENTITY, "The rays are not valid",
         "The body is {\"scene\": {...}, \"rays\": [{\"origin\": [0,0,5], \"direction\": [0,0,-1]}]}.";
     UnsupportedMediaType = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The body's type is not understood",

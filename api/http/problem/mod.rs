@@ -66,6 +66,9 @@ struct Members {
     /// The limit that was exceeded; `/v1/limits` has all limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     limit: Option<LimitEntry>,
+    /// Of assets that are missing: the SHA-256 of each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    missing: Vec<String>,
     /// With 406: the formats there are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     available: Vec<&'static str>,
@@ -190,6 +193,7 @@ impl Problem {
         let mut problem =
             if more > 0 { Self::limit(kind, PROBLEMS.name, PROBLEMS.max, detail) } else { Self::new(kind, detail) };
         problem.members.more = more;
+        problem.members.missing = problems.0.iter().filter_map(|problem| problem.lacks()).map(str::to_owned).collect();
         problem.with_errors(reported.iter().map(error_entry).collect())
     }
 
@@ -236,6 +240,10 @@ impl From<Error> for Problem {
             Error::UnknownScene(id) => {
                 let detail = format!("the scene {id} is not known here, or no longer: send it to POST /v1/scenes");
                 Self::new(Kind::NotFound, detail)
+            }
+            Error::OtherBytes { expected, hash } => {
+                let detail = format!("the body has the SHA-256 {hash}, not {expected}");
+                Self::new(Kind::AssetMismatch, detail)
             }
             Error::NoIds(detail) => Self::new(Kind::InvalidScene, detail),
             Error::OutOfRange(detail) => Self::new(Kind::InvalidParameter, detail),

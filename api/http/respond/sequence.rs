@@ -91,7 +91,7 @@ pub(crate) async fn animation(
     let formats = animations(output);
     let format = match named {
         Some(format) if formats.contains(&format) => format,
-        None if !formats.is_empty() => best(headers, &accepted(formats))?,
+        None if !formats.is_empty() => best_animation(headers, formats)?,
         _ => {
             let name = output.names().0;
             let detail = format!("frames in this {name} make no such animation; ask a job for output png or webp");
@@ -124,6 +124,11 @@ pub(crate) async fn animation(
     put(&mut answer, header::ETAG, &etag);
     put(&mut answer, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{id}.{ending}\""));
     Ok((answer, body(app.service.memory.metered(bytes)?)).into_response())
+}
+
+/// The format of animations that a client accepts.
+pub(crate) fn best_animation(headers: &HeaderMap, formats: &[AnimationFormat]) -> Result<AnimationFormat, Problem> {
+    best(headers, &accepted(formats))
 }
 
 /// Media types of animations. APNG is PNG to those who know no better.

@@ -228,7 +228,7 @@ impl Wanted {
             WantedSource::Image(image) => (Source::Known(image.clone()), Some(image)),
             WantedSource::Scene(form, text) => {
                 let upload = Upload::new(service.memory.metered(text)?, form, self.overrides).await?;
-                let ready = service.scenes.cached(&upload.sent().key);
+                let ready = service.scenes.cached(Some(&tenant.name), &upload.sent().key);
                 (Source::Sent(upload), ready.as_deref().and_then(image_of))
             }
         };

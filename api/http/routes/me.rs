@@ -33,6 +33,8 @@ struct Me<'a> {
     most_jobs: u32,
     /// Event streams that it may have open.
     most_streams: u32,
+    /// Bytes of the assets that it has sent.
+    asset_bytes: u64,
     /// What is left of the units of a minute. Null: unlimited.
     units: Option<Units>,
 }
@@ -91,6 +93,7 @@ async fn me(State(app): State<App>, extensions: Extensions) -> Result<Response, 
         weight: tenant.weight,
         most_jobs: tenant.quotas.jobs,
         most_streams: tenant.quotas.streams,
+        asset_bytes: app.service.assets.bytes(&tenant.name)[0],
         units,
     };
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(me)).into_response())

@@ -2,6 +2,7 @@
 //! contract. Routes do not use each other.
 
 mod about;
+mod assets;
 mod capabilities;
 mod compare;
 mod docs;
@@ -49,7 +50,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 22] = [
+    let rooms: [fn() -> Vec<Route>; 23] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -60,6 +61,7 @@ pub(crate) fn all() -> Vec<Route> {
         compare::routes,
         validate::routes,
         scenes::routes,
+        assets::routes,
         images::routes,
         jobs::routes,
         tiles::routes,

@@ -10,6 +10,7 @@ use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final, wishes_of};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
 use crate::http::respond::streamed::{WAITING, streamed};
+use crate::http::respond::turntable;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::WantedJob;
@@ -32,6 +33,7 @@ pub(super) fn routes() -> Vec<Route> {
             .or_else(other_methods)
             .query(Query::output)
             .query(Query::layers)
+            .query(turntable::parameters)
             .picture(),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
             .query(Query::region)
@@ -43,6 +45,9 @@ pub(super) fn routes() -> Vec<Route> {
 }
 
 async fn whole(State(app): State<App>, request: Request) -> Result<Response, Problem> {
+    if turntable::is_asked(request.uri()) {
+        return turntable::answer(app, request).await;
+    }
     let prefer = Prefer::of(request.headers());
     if prefer != Prefer::default() {
         return as_job(app, request, prefer).await;
@@ -67,7 +72,7 @@ async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
     let (sender, passes) = mpsc::channel(WAITING);
     let (service, task) = (Arc::clone(&app.service), tenant.task(Class::Renders));
     let picture = async move {
-        let known = service.scenes.cached(&upload.sent().key);
+        let known = service.scenes.cached(Some(&task.tenant), &upload.sent().key);
         if let Some(image) = known.as_deref().and_then(image_of)
             && let Some(file) = service.stored_picture(&image, &spec).await
         {
@@ -142,7 +147,7 @@ async fn answer(
         ResponseContext { method: &method, headers: &headers, tenant: &tenant, freshness: Freshness::Once, negotiated };
 
     // A client that has the picture already waits only until its scene is built.
-    let mut ready = app.service.scenes.cached(&upload.sent().key);
+    let mut ready = app.service.scenes.cached(Some(&tenant.name), &upload.sent().key);
     if ready.is_none() && conditions::has_any(&headers) {
         ready = Some(app.service.build_scene(task.clone(), Source::Sent(upload.clone())).await?);
     }

@@ -124,7 +124,8 @@ fn measured(
     let built = share.bytes().max(loaded.scene.bytes() as u64);
     share.grow(3 * built + region.pixels() * PIXEL_BYTES)?;
     let (workers, control) = (&work.workers, &work.control);
-    let measured = measure(loaded, scenes.files(), work.started, seconds, workers, control, watch);
+    let measured =
+        measure(loaded, &scenes.files(Some(workers.tenant())), work.started, seconds, workers, control, watch);
     measured.map_err(|stopped| match stopped {
         Stopped::Cancelled => Error::Cancelled,
         Stopped::Refused(problems) => Error::Scene(problems),

@@ -6,6 +6,7 @@ use super::job::{Job, locked};
 use super::record::{Record, sha256};
 use super::registry::Registry;
 use super::upgrade;
+use crate::service::assets;
 use crate::service::farm::Farm;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
@@ -250,7 +251,8 @@ pub(crate) const DATA: FolderKind = FolderKind {
     flag: "--data",
     name: "data",
     is_ours: |path| match path {
-        ["jobs.redb" | "jobs.redb.new" | "scenes" | "pictures" | "tiles"] => true,
+        ["jobs.redb" | "jobs.redb.new" | "scenes" | "pictures" | "tiles" | "assets"] => true,
+        ["assets", name] => assets::is_name(name) || disk::is_unfinished(name),
         ["scenes", name] => is_hash(name) || disk::is_unfinished(name),
         ["pictures", name] => is_picture(name) || disk::is_unfinished(name),
         ["tiles", name] => is_work(name),

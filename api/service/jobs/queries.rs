@@ -9,6 +9,7 @@ use crate::service::error::Error;
 use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::spec::PictureSpec;
+use std::collections::HashSet;
 use std::ops::Bound;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -54,6 +55,16 @@ impl Jobs {
             same.then(|| record.spec.clone())
         };
         registry.jobs.values().find_map(same)
+    }
+
+    /// The SHA-256 of all assets that jobs may need.
+    pub(crate) fn assets(&self) -> HashSet<String> {
+        let registry = locked(&self.registry);
+        let needed = |job: &Arc<Job>| {
+            let record = job.record();
+            if record.needs_scene() { record.assets.clone() } else { Vec::new() }
+        };
+        registry.jobs.values().flat_map(needed).collect()
     }
 
     /// The picture of a job that shows this whole image in this format.

@@ -62,6 +62,9 @@ pub(crate) struct Record {
     /// Milliseconds that services had run on the folder when it did. Versions before did not count them.
     #[serde(default)]
     pub(crate) ended: Option<u64>,
+    /// The SHA-256 of each asset that its scene names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) assets: Vec<String>,
     /// The frames of a sequence, whose text is beside that of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) frames: Option<Frames>,
@@ -160,6 +163,7 @@ impl Record {
             started: None,
             finished: None,
             ended: None,
+            assets: Vec::new(),
             frames: None,
             stats: Stats::default(),
             failure: None,
@@ -301,6 +305,7 @@ impl From<&Problems> for Failure {
             Some(Code::InvalidJson) => "invalid-json",
             Some(Code::InvalidNff) => "invalid-nff",
             Some(Code::OtherFormat) => "unsupported-media-type",
+            Some(Code::MissingAsset) => "assets-missing",
             _ => "invalid-scene",
         };
         let first = problems.0.first().map_or_else(String::new, ToString::to_string);

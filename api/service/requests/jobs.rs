@@ -116,6 +116,7 @@ impl Service {
             let is_progressive = matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
             let edge = if is_progressive { 0 } else { service.jobs.tile_edge(region.pixels(), estimate_ms) };
             let scene_bytes = ready.scene.bytes() as u64;
+            let assets = ready.scene.assets.clone();
             let [width, height] = size;
             // A job does not depend on other scenes.
             let (format, scene) = match form {
@@ -123,8 +124,18 @@ impl Service {
                 Form::Variation(_) => (Format::Json, service.canonical_text(work, &sent)?),
             };
             let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
-            let job =
-                Record { tenant, weight, priority, labels, scene_id, image_id, width, height, ..Record::new(spec) };
+            let job = Record {
+                tenant,
+                weight,
+                priority,
+                labels,
+                scene_id,
+                image_id,
+                width,
+                height,
+                assets,
+                ..Record::new(spec)
+            };
             Ok::<_, Error>((Record { edge, estimate_ms, estimate_rays, scene_bytes, ..job }, scene))
         };
         let (mut record, scene) = self.run(task, check).await?.value;

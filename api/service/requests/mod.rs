@@ -1,5 +1,6 @@
 //! The service itself: scenes, pictures and jobs for requests, from the caches or made on the pool.
 
+pub(crate) mod assets;
 pub(crate) mod compare;
 pub(crate) mod folders;
 pub(crate) mod jobs;
@@ -9,6 +10,7 @@ pub(crate) mod sequences;
 mod spread;
 
 use self::folders::Folders;
+use super::assets::Assets;
 use super::error::{Error, StartError};
 use super::farm::Farm;
 use super::jobs::{JobObserver, Jobs};
@@ -16,6 +18,7 @@ use super::limits::{CacheLimits, Settings};
 use super::memory_budget::MemoryBudget;
 use super::pictures::cache::{self, PictureCache};
 use super::scenes::cache::SceneCache;
+use super::scenes::files::AssetSource;
 use super::scenes::store::{self, SceneStore};
 use super::scenes::texture_folder::TextureFolder;
 use super::scheduler::admission::{Done, Queue, Work};
@@ -61,6 +64,8 @@ pub(crate) struct Service {
     pub(crate) tiles: Queue,
     /// Built scenes and posted scenes.
     pub(crate) scenes: Arc<SceneCache>,
+    /// What scenes name by its SHA-256.
+    pub(crate) assets: Arc<Assets>,
     /// Finished pictures.
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
@@ -100,7 +105,13 @@ impl Service {
                 (SceneStore::Folder(scenes), Some(pictures))
             }
         };
-        let scenes = Arc::new(SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known));
+        let assets = Arc::new(match &farm {
+            Some(farm) => Assets::shared(farm.objects.clone(), farm.runtime.clone(), caches.asset_bytes),
+            None => Assets::open(&folders.data.path.join("assets"), caches.asset_bytes, jobs.durable)?,
+        });
+        let scenes = SceneCache::new(caches.scene_cache_bytes, memory.clone(), textures.transpose()?, known)
+            .with_assets(AssetSource::Tenants(Arc::clone(&assets)));
+        let scenes = Arc::new(scenes);
         let pictures = PictureCache::new(caches.picture_cache_bytes, &memory, on_disk);
         let jobs = Jobs::open(
             &mut folders.data,
@@ -115,6 +126,7 @@ impl Service {
             tiles: Queue::new(Arc::clone(&pool), answers.tile_queue, TILE_PATIENCE.min(answers.timeout)),
             pool,
             scenes,
+            assets,
             pictures,
             jobs,
             farm,

@@ -37,6 +37,7 @@ pub(crate) struct Upload {
     text: Arc<dyn Text>,
     form: Form,
     overrides: Overrides,
+    digest: Key,
     key: Key,
     hash_ms: f64,
 }
@@ -46,8 +47,8 @@ impl Upload {
     pub(crate) async fn new(text: impl Text, form: Form, overrides: Overrides) -> Result<Self, Error> {
         let is_long = text.as_ref().len() >= HASHED_AT_ONCE;
         let hash = move || {
-            let SentScene { key, hash_ms, .. } = SentScene::new(text.as_ref(), &form, &overrides);
-            Self { text: Arc::new(text), form, overrides, key, hash_ms }
+            let SentScene { digest, key, hash_ms, .. } = SentScene::new(text.as_ref(), &form, &overrides);
+            Self { text: Arc::new(text), form, overrides, digest, key, hash_ms }
         };
         if !is_long {
             return Ok(hash());
@@ -58,8 +59,8 @@ impl Upload {
 
     /// The scene as the scene cache takes it.
     pub(crate) fn sent(&self) -> SentScene<'_> {
-        let &Self { ref text, ref form, overrides, key, hash_ms } = self;
-        SentScene { text: (**text).as_ref(), form, overrides, key, hash_ms }
+        let &Self { ref text, ref form, overrides, digest, key, hash_ms } = self;
+        SentScene::hashed((**text).as_ref(), form, overrides, (digest, key, hash_ms))
     }
 }
 
@@ -153,7 +154,11 @@ impl Service {
         source: Source,
         spec: PictureSpec,
     ) -> Result<MadePicture, Error> {
-        let name = source.flight(&spec);
+        let mut name = source.flight(&spec);
+        // Another tenant may not have the assets that the scene names.
+        if !self.assets.is_empty() {
+            name.push_str(&task.tenant);
+        }
         let mut is_mine = false;
         let work = || {
             is_mine = true;

@@ -53,7 +53,7 @@ impl Service {
             tracing::error!(%error, "a scene cannot be written into the folder");
             Error::Internal("the scene cannot be remembered; the service's log says why")
         };
-        let ready = match self.scenes.cached(&sent.key).filter(|ready| store.has(&ready.scene_id)) {
+        let ready = match self.scenes.cached(Some(tenant), &sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {
                 let read = |Built { mut loaded, original }, share| {
@@ -87,6 +87,7 @@ impl Service {
             Form::Whole(format) => Some(Source { format: *format, text: sent.text }),
             Form::Variation(_) => None,
         };
+        self.assets.note_scene(&ready.scene_id, &ready.scene.assets);
         let is_new = store.claim(&ready.scene_id, tenant, source).map_err(unwritten)?;
         let image = ImageId { scene: ready.scene_id.clone(), zoom };
         let estimate = plan.estimate.ok_or(Error::Internal("the scene has no estimate"))?;
@@ -99,7 +100,7 @@ impl Service {
             && let Some(text) = self.jobs.scene(&spec.scene)?
         {
             let form = Form::Whole(spec.format);
-            return self.scenes.find(&work.workers, &SentScene::new(text.as_ref(), &form, &spec.settings));
+            return self.scenes.find(&work.workers, &SentScene::known(text.as_ref(), &form, &spec.settings));
         }
         self.scenes.find_known(&work.workers, id)
     }
@@ -129,7 +130,7 @@ impl Service {
             let spec = service.jobs.spec_of(&id, owner.as_deref()).ok_or_else(unknown)?;
             let text = service.jobs.scene(&spec.scene)?.ok_or_else(unknown)?;
             let form = Form::Whole(spec.format);
-            service.canonical_text(work, &SentScene::new(text.as_ref(), &form, &spec.settings))
+            service.canonical_text(work, &SentScene::known(text.as_ref(), &form, &spec.settings))
         };
         Ok(self.run(task, of_a_job).await?.value.into())
     }

@@ -15,6 +15,7 @@ use crate::service::sequences::text::join;
 use strahl::film::Region;
 use strahl::film::animation::AnimationFormat;
 use strahl::film::sheet::{Sheet, cell, columns};
+use strahl::scene::assets::named_in;
 use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::problem::Code;
 use strahl::scene::{Description, Format, Problem, Problems};
@@ -59,9 +60,11 @@ impl Service {
             Form::Variation(_) => (Format::Json, self.canonical_text(work, &sent)?),
         };
         let text = join(sequence, &scene).map_err(|_| Error::Internal("the sequence cannot be written"))?;
+        // Frames may name others than the scene.
+        let assets = if format == Format::Json { named_in(&text) } else { Vec::new() };
         let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
         let frames = Some(Frames::of(sequence));
-        let job = Record { priority, labels, frames, width, height, edge, ..Record::new(spec) };
+        let job = Record { priority, labels, frames, width, height, edge, assets, ..Record::new(spec) };
         Ok((Record { estimate_ms: price.ms, estimate_rays: price.rays, scene_bytes, ..job }, text))
     }
 

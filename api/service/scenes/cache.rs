@@ -4,10 +4,13 @@
 //! The key of a scene is a hash of its bytes, format and settings. Invalid scenes are not cached, nor are scenes with textures
 //! from files, which may change between requests.
 
+use super::files::{AssetSource, SceneFiles};
+use super::ids::BodiesDigest;
 use super::prepared::{Loading, PreparedScene};
 use super::room::Room;
 use super::store::SceneStore;
 use super::texture_folder::TextureFolder;
+use super::views::ModelKey;
 use crate::service::clock::milliseconds;
 use crate::service::error::Error;
 use crate::service::memory_budget::{MemoryBudget, Share};
@@ -21,7 +24,7 @@ use std::time::Instant;
 use strahl::scene::compile::Original;
 use strahl::scene::size::{building_bytes, reading_bytes};
 use strahl::scene::variation::vary_if;
-use strahl::scene::{Description, Files, Format, Loaded, NoFiles, NotLoaded, Overrides, load_if};
+use strahl::scene::{Description, Format, Loaded, NotLoaded, Overrides, load_if};
 use strahl::sequence::Frame;
 
 /// Most scene ids that are kept.
@@ -32,10 +35,16 @@ const IDS: u64 = 10_000;
 pub(crate) struct SceneCache {
     /// Folder of the textures that scenes may name, if there is one.
     textures: Option<TextureFolder>,
+    /// The assets that they may name.
+    assets: AssetSource,
     built: Arc<LruCache<Key, Arc<PreparedScene>>>,
     /// Variations of them. Each keeps what it is a variation of in memory and is counted with it, so they have bytes of their
     /// own: looking at a large scene from all sides must not push out all others.
     varied: Arc<LruCache<Key, Arc<PreparedScene>>>,
+    /// Views of models, of which other views are made.
+    pub(super) models: Arc<LruCache<ModelKey, Arc<PreparedScene>>>,
+    /// Scenes with models, of which those with the same models are made.
+    pub(super) placed: Arc<LruCache<BodiesDigest, Arc<PreparedScene>>>,
     /// What scenes take their memory from.
     pub(crate) memory: MemoryBudget,
     /// Key with which the scene of an id was last sent.
@@ -74,20 +83,45 @@ pub(crate) struct SentScene<'a> {
     pub(crate) form: &'a Form,
     /// Settings that replace the scene's.
     pub(crate) overrides: Overrides,
+    /// Hash of the text alone.
+    pub(crate) digest: Key,
     /// Hash of all of this.
     pub(crate) key: Key,
     /// Milliseconds that hashing took.
     pub(crate) hash_ms: f64,
+    /// Whether it is known by its id, so that whoever may name it may see what it names.
+    is_known: bool,
 }
 
 impl<'a> SentScene<'a> {
     /// Hashes the text, which takes a while if it is long.
     pub(crate) fn new(text: &'a [u8], form: &'a Form, overrides: &Overrides) -> Self {
         let start = Instant::now();
+        let digest: Key = Sha256::digest(text).into();
         // The debug format of overrides cannot miss a field.
         let settings = format!("{form:?} {overrides:?}\n");
-        let key = Sha256::new().chain_update(settings).chain_update(text).finalize().into();
-        Self { text, form, overrides: *overrides, key, hash_ms: milliseconds(start) }
+        let key = Sha256::new().chain_update(settings).chain_update(digest).finalize().into();
+        Self { text, form, overrides: *overrides, digest, key, hash_ms: milliseconds(start), is_known: false }
+    }
+
+    /// The text of a scene that is known by its id.
+    pub(crate) fn known(text: &'a [u8], form: &'a Form, overrides: &Overrides) -> Self {
+        Self { is_known: true, ..Self::new(text, form, overrides) }
+    }
+
+    /// The same as whoever has sent it knows it, with its hash.
+    pub(crate) fn hashed(
+        text: &'a [u8],
+        form: &'a Form,
+        overrides: Overrides,
+        (digest, key, hash_ms): (Key, Key, f64),
+    ) -> Self {
+        Self { text, form, overrides, digest, key, hash_ms, is_known: false }
+    }
+
+    /// The tenant whose assets it may name.
+    pub(super) fn owner(&self, workers: &'a Workers) -> Option<&'a str> {
+        (!self.is_known).then(|| workers.tenant())
     }
 }
 
@@ -114,6 +148,9 @@ pub(crate) struct Built {
 /// Refuses a scene that was read and is not built yet.
 type Accept<'a> = Box<dyn FnOnce(&Description) -> Result<(), Error> + 'a>;
 
+/// The same for who may ask several times.
+pub(super) type Accepts<'a> = &'a mut (dyn FnMut(&Description) -> Result<(), Error> + Send);
+
 /// The scene without its description.
 fn prepared(Built { loaded, original }: Built, share: Share) -> PreparedScene {
     PreparedScene::new(loaded, original.as_ref()).with(share)
@@ -137,16 +174,28 @@ impl SceneCache {
         let [built, varied] = [(); 2].map(|()| Arc::new(LruCache::new(budget)));
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&built));
         memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&varied));
+        let models = Arc::new(LruCache::new(budget));
+        memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&models));
+        let placed = Arc::new(LruCache::new(budget));
+        memory.evict_from(Arc::<LruCache<_, _>>::downgrade(&placed));
         Self {
             textures,
+            assets: AssetSource::None,
             built,
             varied,
+            models,
+            placed,
             memory,
             ids: LruCache::new(IDS),
             store,
             hits: HitCounter::default(),
             seen: SeenBy::default(),
         }
+    }
+
+    /// The same with assets.
+    pub(crate) fn with_assets(self, assets: AssetSource) -> Self {
+        Self { assets, ..self }
     }
 
     /// A scene that was built already, as a tenant may see it.
@@ -163,7 +212,7 @@ impl SceneCache {
 
     /// Bytes of the built scenes.
     pub(crate) fn bytes(&self) -> u64 {
-        self.built.bytes() + self.varied.bytes()
+        self.built.bytes() + self.varied.bytes() + self.models.bytes() + self.placed.bytes()
     }
 
     /// The scene, from the cache or else read, checked and compiled on the pool.
@@ -178,7 +227,7 @@ impl SceneCache {
         sent: &SentScene<'_>,
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
     ) -> Result<Found, Error> {
-        if let Some(ready) = self.cached(&sent.key) {
+        if let Some(ready) = self.cached(sent.owner(workers), &sent.key) {
             return Ok(self.found(workers.tenant(), ready, sent.hash_ms));
         }
         self.hits.miss();
@@ -195,7 +244,7 @@ impl SceneCache {
         }
         let (text, _share) = self.stored(id)?;
         // Stored texts were valid scenes. They are invalid now only if the renderer's limits have changed.
-        self.find(workers, &SentScene::new(&text, &Form::JSON, &Overrides::default()))
+        self.find(workers, &SentScene::known(&text, &Form::JSON, &Overrides::default()))
     }
 
     /// A scene with several settings in turn, which shares its geometry.
@@ -208,7 +257,7 @@ impl SceneCache {
         let mut base: Option<Arc<PreparedScene>> = None;
         let mut one = |overrides: &Overrides| {
             let own = SentScene::new(sent.text, sent.form, overrides);
-            if matches!(sent.form, Form::Variation(_)) || self.cached(&own.key).is_some() {
+            if matches!(sent.form, Form::Variation(_)) || self.cached(own.owner(workers), &own.key).is_some() {
                 return Ok(self.find(workers, &own)?.ready);
             }
             let original = match &base {
@@ -229,7 +278,7 @@ impl SceneCache {
 
     /// A scene of which the frames of a sequence are made, from the cache or else built.
     pub(crate) fn to_vary(&self, workers: &Workers, sent: &SentScene<'_>) -> Result<Arc<PreparedScene>, Error> {
-        if let Some(ready) = self.cached(&sent.key).filter(|ready| ready.original().is_some()) {
+        if let Some(ready) = self.cached(sent.owner(workers), &sent.key).filter(|ready| ready.original().is_some()) {
             return Ok(ready);
         }
         let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
@@ -257,7 +306,7 @@ impl SceneCache {
             return Ok(ready);
         }
         let (text, _share) = self.stored(id)?;
-        let sent = SentScene::new(&text, &Form::JSON, &Overrides::default());
+        let sent = SentScene::known(&text, &Form::JSON, &Overrides::default());
         let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
         let ready = self.build(workers, &sent, |_| Ok(()), read)?;
         Ok(self.keep(sent.key, ready))
@@ -286,7 +335,42 @@ impl SceneCache {
                 return self.vary(workers, self.original(workers, id)?, (text, overrides), accept, read);
             }
         };
-        let room = Room::new(self.files(), self.memory.share(text.len() as u64));
+        if let Some(key) = sent.model_key() {
+            let first = |accept: Accepts<'_>| {
+                self.load(workers, sent, format, accept).map(|(loaded, share, _)| (loaded, share))
+            };
+            return self.view(workers, sent, key, accept, read, first);
+        }
+        let (loaded, share, base) = self.load(workers, sent, format, accept)?;
+        let has_models = !loaded.scene.assets.is_empty() && !loaded.scene.from_files && loaded.description.has_models();
+        if base.is_some() || !has_models {
+            return workers.work(|| read(Built { loaded, original: base }, share)).map_err(Error::from);
+        }
+        let (parse_ms, plan_ms, bvh_ms) = (loaded.parse_ms, loaded.plan_ms, loaded.scene.bvh_ms);
+        let base = Arc::new(workers.work(|| PreparedScene::to_vary(loaded, None).with(share))?);
+        let bytes = base.bytes();
+        drop(self.placed.put(base.bodies, Arc::clone(&base), bytes));
+        let spent = |Built { mut loaded, original }, share| {
+            // What this request has spent is what reading the models took.
+            (loaded.parse_ms, loaded.plan_ms) = (parse_ms, plan_ms + loaded.plan_ms);
+            loaded.scene.bvh_ms += bvh_ms;
+            read(Built { loaded, original }, share)
+        };
+        self.vary(workers, base, (b"{}", &Overrides::default()), |_| Ok(()), spent)
+    }
+
+    /// Reads, checks and compiles a scene unless `accept` refuses it. Returns it with the memory that it takes, and the scene that it
+    /// is a variation of.
+    fn load(
+        &self,
+        workers: &Workers,
+        sent: &SentScene<'_>,
+        format: Format,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+    ) -> Result<(Loaded, Share, Option<Arc<PreparedScene>>), Error> {
+        let &SentScene { text, ref overrides, .. } = sent;
+        let files = self.files(sent.owner(workers));
+        let room = Room::new(&files, self.memory.share(text.len() as u64));
         let build = || {
             let unpacked = room.unpacked(text, format)?;
             let text = unpacked.as_deref().unwrap_or(text);
@@ -300,8 +384,8 @@ impl SceneCache {
             loaded.map_err(Error::from)
         };
         let loaded = workers.work(build)??;
-        let share = room.into_share();
-        workers.work(|| read(Built { loaded, original: None }, share)).map_err(Error::from)
+        let base = room.base();
+        Ok((loaded, room.into_share(), base))
     }
 
     /// The same for what a patch and settings make of another scene.
@@ -328,7 +412,8 @@ impl SceneCache {
         accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
         read: impl FnOnce(Built, Share) -> T + Send,
     ) -> Result<T, Error> {
-        let room = Room::new(self.files(), self.memory.share(patch.len() as u64));
+        let files = self.files(Some(workers.tenant()));
+        let room = Room::new(&files, self.memory.share(patch.len() as u64));
         let vary = || {
             let known = original.original().ok_or(Error::Internal("the scene has no description"))?;
             room.take(patching_bytes(patch)?)?;
@@ -345,14 +430,16 @@ impl SceneCache {
         workers.work(|| read(Built { loaded, original: Some(original) }, share)).map_err(Error::from)
     }
 
-    /// The built scene of a key, if it is in the cache.
-    pub(crate) fn cached(&self, key: &Key) -> Option<Arc<PreparedScene>> {
-        self.built.get(key).or_else(|| self.varied.get(key)).inspect(|_| self.hits.hit())
+    /// The built scene of a key, if it is in the cache and a tenant has the assets that it names.
+    pub(crate) fn cached(&self, tenant: Option<&str>, key: &Key) -> Option<Arc<PreparedScene>> {
+        let found = self.built.get(key).or_else(|| self.varied.get(key));
+        let may_see = |ready: &Arc<PreparedScene>| self.assets.has_all(tenant, &ready.scene.assets);
+        found.filter(may_see).inspect(|_| self.hits.hit())
     }
 
     /// The built scene of an id, if it is in the cache.
     pub(crate) fn cached_known(&self, id: &str) -> Option<Arc<PreparedScene>> {
-        self.cached(&self.ids.get(id)?)
+        self.cached(None, &self.ids.get(id)?)
     }
 
     /// Caches a built scene, unless it has textures from files.
@@ -379,9 +466,9 @@ impl SceneCache {
         self.ids.remove(id);
     }
 
-    /// The texture files that scenes may name.
-    pub(crate) fn files(&self) -> &dyn Files {
-        self.textures.as_ref().map_or(&NoFiles, |folder| folder)
+    /// The files that scenes of a tenant may name; without one, any that are there.
+    pub(crate) fn files<'a>(&'a self, tenant: Option<&'a str>) -> SceneFiles<'a> {
+        SceneFiles { folder: self.textures.as_ref(), assets: &self.assets, kept: &self.placed, tenant }
     }
 }
 

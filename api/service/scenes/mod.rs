@@ -1,8 +1,10 @@
 //! Scenes: their ids, their canonical texts, and the cache of those that are built.
 
 pub(crate) mod cache;
+pub(crate) mod files;
 pub(crate) mod ids;
 pub(crate) mod prepared;
 mod room;
 pub(crate) mod store;
 pub(crate) mod texture_folder;
+mod views;

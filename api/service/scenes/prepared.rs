@@ -11,9 +11,10 @@ use strahl::plan::{Outline, Plan};
 use strahl::render::{Cancelled, Control};
 use strahl::scene::compile::Original;
 use strahl::scene::description::RenderSettings;
+use strahl::scene::model::Views;
 use strahl::scene::nff::NffOptions;
 use strahl::scene::size::description_bytes;
-use strahl::scene::{Description, Loaded, Scene};
+use strahl::scene::{Description, KnownScene, Loaded, Scene};
 
 /// A compiled scene. Its description is dropped, since it takes as much memory again, unless variations are made of it.
 #[derive(Debug)]
@@ -33,11 +34,13 @@ pub(crate) struct PreparedScene {
     /// How long loading took.
     pub(crate) loading: Loading,
     /// The hash of its objects and definitions.
-    bodies: BodiesDigest,
+    pub(super) bodies: BodiesDigest,
     /// What it was built from, and the bytes of that, if variations are made of it.
     description: Option<(Description, u64)>,
     /// The scene that it is a variation of, whose geometry it may share.
     original: Option<Arc<Self>>,
+    /// How a model is seen again.
+    pub(super) views: Option<Arc<Views>>,
     /// Its part of the memory, if that is limited.
     share: Option<Share>,
 }
@@ -65,7 +68,7 @@ impl PreparedScene {
 
     /// The same, and its description.
     fn with_description(loaded: Loaded, original: Option<&Arc<Self>>) -> (Self, Description) {
-        let Loaded { mut description, scene, nff, parse_ms, plan_ms } = loaded;
+        let Loaded { mut description, scene, nff, views, parse_ms, plan_ms } = loaded;
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
         let known = original.filter(|known| known.original().is_some_and(|known| known.has_objects_of(&description)));
@@ -88,6 +91,7 @@ impl PreparedScene {
             bodies,
             description: None,
             original,
+            views,
             share: None,
         };
         (ready, description)
@@ -96,7 +100,7 @@ impl PreparedScene {
     /// A scene that variations are made of, and which may be one itself.
     pub(crate) fn to_vary(loaded: Loaded, original: Option<&Arc<Self>>) -> Self {
         let (ready, description) = Self::with_description(loaded, original);
-        let bytes = description_bytes(&description);
+        let bytes = description_bytes(&description.whole());
         Self { description: Some((description, bytes)), ..ready }
     }
 
@@ -125,6 +129,7 @@ impl PreparedScene {
             render: self.render,
             scene_id: self.scene_id.clone(),
             description: None,
+            views: None,
             original: Some(Arc::clone(self)),
             share: None,
             ..**self
@@ -145,6 +150,12 @@ impl PreparedScene {
         };
         let description = self.description.as_ref().map_or(0, |(_, bytes)| *bytes);
         (scene + self.outline.bytes() + own) as u64 + description + ENTRY_BYTES
+    }
+}
+
+impl KnownScene for PreparedScene {
+    fn kept(&self) -> Option<(&Description, &Scene)> {
+        self.description.as_ref().map(|(description, _)| (description, &self.scene))
     }
 }
 

@@ -1,27 +1,32 @@
 //! The memory of a scene while it is read and built: taken before each step, as large as the step may need at most.
 
+use super::files::SceneFiles;
+use super::prepared::PreparedScene;
 use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use flate2::bufread::MultiGzDecoder;
 use parking_lot::Mutex;
 use std::io::Read;
+use std::sync::Arc;
 use strahl::scene::limits::SCENE_BYTES;
-use strahl::scene::{Files, Format};
+use strahl::scene::{Description, Files, Format, KnownScene};
 
 /// Bytes that are unpacked at a time.
 const PIECE: usize = 1 << 20;
 
 /// The memory, and the files that the scene may name.
 pub(super) struct Room<'a> {
-    files: &'a dyn Files,
+    files: &'a SceneFiles<'a>,
+    /// The scene that this one is built as a variation of.
+    base: Mutex<Option<Arc<PreparedScene>>>,
     share: Mutex<Share>,
     refused: Mutex<Option<Error>>,
 }
 
 impl<'a> Room<'a> {
     /// Nothing taken yet.
-    pub(super) fn new(files: &'a dyn Files, share: Share) -> Self {
-        Self { files, share: Mutex::new(share), refused: Mutex::default() }
+    pub(super) fn new(files: &'a SceneFiles<'a>, share: Share) -> Self {
+        Self { files, base: Mutex::default(), share: Mutex::new(share), refused: Mutex::default() }
     }
 
     /// Takes more.
@@ -52,6 +57,11 @@ impl<'a> Room<'a> {
         self.refused.lock().take().map_or(Ok(()), Err)
     }
 
+    /// The scene that this one was built as a variation of, if there was one.
+    pub(super) fn base(&self) -> Option<Arc<PreparedScene>> {
+        self.base.lock().take()
+    }
+
     /// What was taken.
     pub(super) fn into_share(self) -> Share {
         self.share.into_inner()
@@ -60,7 +70,19 @@ impl<'a> Room<'a> {
 
 impl Files for Room<'_> {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
-        self.files.read(name)
+        let bytes = self.files.read(name)?;
+        // An asset may be a large model.
+        if self.has_room(bytes.len() as u64) { Ok(bytes) } else { Err("has no room in memory".into()) }
+    }
+
+    fn has_asset(&self, hash: &str) -> bool {
+        self.files.has_asset(hash)
+    }
+
+    fn known(&self, description: &Description) -> Option<Arc<dyn KnownScene>> {
+        let base = self.files.with_models_of(description)?;
+        *self.base.lock() = Some(Arc::clone(&base));
+        Some(base)
     }
 
     fn has_room(&self, bytes: u64) -> bool {

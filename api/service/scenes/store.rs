@@ -107,6 +107,14 @@ impl SceneStore {
         }
     }
 
+    /// The same, which does not count as a use.
+    pub(crate) fn holds(&self, id: &str) -> bool {
+        match self {
+            Self::Memory(texts) => texts.holds(id),
+            Self::Folder(blobs) => blobs.holds(id),
+        }
+    }
+
     /// Bytes of all texts.
     pub(crate) fn bytes(&self) -> u64 {
         match self {

@@ -1,9 +1,11 @@
 //! The folder of textures that scenes may name. Nothing outside of it can be read.
 
+use crate::service::assets::sha256;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use strahl::scene::Files;
+use strahl::scene::hashes::hash_of;
 use strahl::scene::limits::PICTURE_BYTES;
 
 /// A folder and everything below it. Links are followed only inside of it.
@@ -20,6 +22,8 @@ impl TextureFolder {
 
 impl Files for TextureFolder {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let hash = hash_of(name);
+        let name = hash.unwrap_or(name);
         let plain = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
         if name.is_empty() || !Path::new(name).components().all(plain) {
             return Err("is no file's name: write it relative to the folder of pictures, without \"..\"".into());
@@ -35,7 +39,15 @@ impl Files for TextureFolder {
         }
         let mut bytes = Vec::new();
         File::open(path).map_err(cannot)?.take(PICTURE_BYTES.max + 1).read_to_end(&mut bytes).map_err(cannot)?;
-        Ok(bytes)
+        match hash {
+            Some(hash) if sha256(&bytes) != hash => Err("is in a file with other bytes than its name says".into()),
+            _ => Ok(bytes),
+        }
+    }
+
+    /// An asset is a file that has its digits as a name.
+    fn has_asset(&self, hash: &str) -> bool {
+        self.0.join(hash).is_file()
     }
 }
 

@@ -173,6 +173,11 @@ impl BlobStore {
         self.size(name).is_some()
     }
 
+    /// Whether a name is there; looking does not count.
+    pub(crate) fn holds(&self, name: &str) -> bool {
+        self.index.holds(name)
+    }
+
     /// All names, in no order.
     pub(crate) fn names(&self) -> Vec<String> {
         self.index.keys()

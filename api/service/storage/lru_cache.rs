@@ -33,6 +33,14 @@ impl<K: Hash + Eq, V: Clone> LruCache<K, V> {
         self.kept.lock().values.get(key).map(|(value, _)| value.clone())
     }
 
+    /// Whether there is a value of a key. This does not count as asking for it.
+    pub(crate) fn holds<Q: Hash + Eq + ?Sized>(&self, key: &Q) -> bool
+    where
+        K: Borrow<Q>,
+    {
+        self.kept.lock().values.contains(key)
+    }
+
     /// Keeps a value of some bytes, and returns the keys of the values evicted for it. A value larger than the whole budget is
     /// not kept and evicts nothing.
     pub(crate) fn put(&self, key: K, value: V, bytes: u64) -> Vec<K> {

@@ -70,7 +70,7 @@ impl<'a> Stage<'a> {
         let (single, double) = if render.precision == Precision::Single { (this, other) } else { (other, this) };
         description.render = render;
         description.render.accuracy = Some(Accuracy::Proved(Proved { max_codes: 1 }));
-        let held = render.max_depth.map(|_| [&single, &double].map(|scene| scene.ceiling_with(&description)));
+        let held = render.max_depth.map(|_| [&single, &double].map(|scene| scene.ceiling_with(&description.whole())));
         let camera = description.camera;
         let part = "choices";
         let stage =

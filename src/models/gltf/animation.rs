@@ -24,11 +24,7 @@ pub(super) fn pose(
     locals: &mut [Local],
     warnings: &mut Vec<Warning>,
 ) -> Result<(), Fault> {
-    let Some(animation) = document.animations.get(index) else {
-        let count = document.animations.len();
-        let detail = format!("there is no animation {index}: the file has {count}, counted from 0");
-        return Err(Fault::new("/animations", Kind::UnknownReference, detail));
-    };
+    let animation = &document.animations[index];
     for (k, channel) in animation.channels.iter().enumerate() {
         let pointer = format!("/animations/{index}/channels/{k}");
         let target = channel.target.node.map(|node| &mut locals[node]);

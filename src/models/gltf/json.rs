@@ -182,6 +182,7 @@ pub(super) struct Skin {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Animation {
+    pub(super) name: Option<String>,
     #[serde(default)]
     pub(super) channels: Vec<Channel>,
     #[serde(default)]

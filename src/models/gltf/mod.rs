@@ -47,6 +47,7 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Mo
         buffers: &buffers,
         parts,
         choice,
+        variant: None,
         model: Model { has_parts: buffers.has_parts, ..Model::default() },
         faults: Faults::default(),
         geometries: HashMap::new(),
@@ -96,6 +97,8 @@ struct Builder<'a> {
     buffers: &'a Buffers<'a>,
     parts: &'a Parts<'a>,
     choice: Choice,
+    /// Index of the variant of the materials.
+    variant: Option<usize>,
     model: Model,
     faults: Faults,
     geometries: HashMap<Ingredients, Option<usize>>,
@@ -110,17 +113,16 @@ impl Builder<'_> {
         let document = self.document;
         let scene = self.scene()?;
         self.model.name = scene.and_then(|scene| document.scenes[scene].name.clone());
-        if let Some(variant) = self.choice.variant
-            && variant as usize >= document.variants.len()
-        {
-            let names = document.variants.iter().filter_map(|variant| variant.name.as_deref()).collect::<Vec<_>>();
-            let detail = format!("there is no variant {variant}: the file has {} ({})", names.len(), names.join(", "));
-            return Err(Fault::new("/extensions/KHR_materials_variants", Kind::UnknownReference, detail));
+        if let Some(variant) = self.choice.variant {
+            let names = document.variants.iter().map(|variant| variant.name.as_deref());
+            self.variant = Some(variant.find("variant", "/extensions/KHR_materials_variants", names)?);
         }
         let mut locals: Vec<Local> = document.nodes.iter().map(Local::of).collect();
-        if let Some(index) = self.choice.animation {
+        if let Some(animation) = self.choice.animation {
+            let names = document.animations.iter().map(|animation| animation.name.as_deref());
+            let index = animation.find("animation", "/animations", names)?;
             let warnings = &mut self.model.warnings;
-            animation::pose(document, self.buffers, index as usize, self.choice.seconds, &mut locals, warnings)?;
+            animation::pose(document, self.buffers, index, self.choice.seconds, &mut locals, warnings)?;
         }
         let parents = nodes::parents(document);
         let worlds = nodes::worlds(document, &locals, &parents);
@@ -279,7 +281,7 @@ impl Builder<'_> {
 
     /// The material of a primitive in the chosen variant.
     fn material_of(&self, primitive: &Primitive) -> Option<usize> {
-        let variant = self.choice.variant.map(|variant| variant as usize);
+        let variant = self.variant;
         let mappings = primitive.extensions.variants.iter().flat_map(|variants| &variants.mappings);
         let mapped =
             variant.and_then(|variant| mappings.into_iter().find(|mapping| mapping.variants.contains(&variant)));

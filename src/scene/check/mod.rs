@@ -12,7 +12,7 @@ mod warnings;
 
 pub(super) use warnings::{is_closed, keep_true, warnings};
 
-use super::description::{Accuracy, Description, Environment, Proved, Rays, Statistical, Time};
+use super::description::{Accuracy, Description, Environment, FilmBackground, Proved, Rays, Statistical, Time};
 use super::limits;
 use super::problem::{Code, Problems};
 use camera::check_camera;
@@ -64,6 +64,10 @@ fn check_with(description: &Description, check_objects: fn(&mut Findings, &Descr
     check_render(&mut findings, description);
     let stops = description.film.exposure;
     let at = root.key("film");
+    if let FilmBackground::Color(color) = description.film.background {
+        let is_shown = (0.0..=1.0).contains(&color.0.min_element()) && color.0.max_element() <= 1.0;
+        findings.number(at.key("background"), color.0.max_element(), "a colour of channels between 0 and 1", is_shown);
+    }
     findings.number(at.key("exposure"), stops, "between -32 and 32", stops.abs() <= 32.0);
     if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
 }

@@ -1,6 +1,7 @@
 //! Checks of objects and definitions: geometry, references, cycles, and limits on their number.
 
 use super::findings::Findings;
+use super::materials::check_material;
 use super::path::Path;
 use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
 use crate::scene::limits;
@@ -137,6 +138,16 @@ impl Counter<'_> {
             Object::Group(o) => {
                 check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
                 self.list(at.key("objects"), &o.objects);
+                return;
+            }
+            Object::Model(o) => {
+                check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
+                f.name(at.key("asset"), &o.asset);
+                for (name, material) in &o.materials {
+                    if f.name(at.key("materials").key(name), name) {
+                        check_material(f, at.key("materials").key(name), material);
+                    }
+                }
                 return;
             }
             Object::Instance(o) => {

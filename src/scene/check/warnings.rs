@@ -47,8 +47,12 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
     }
     // A full list may lack some.
     if let Some(known) = known.filter(|known| (known.len() as u64) < limits::PROBLEMS.max) {
-        let is_of_bodies =
-            |warning: &&Problem| ["/objects", "/definitions"].iter().any(|list| warning.pointer.starts_with(list));
+        // What models say of themselves they say again.
+        let is_of_bodies = |warning: &&Problem| {
+            let is_of_model =
+                matches!(warning.code, Code::NotSimulated | Code::Approximated | Code::Skipped | Code::Assumed);
+            !is_of_model && ["/objects", "/definitions"].iter().any(|list| warning.pointer.starts_with(list))
+        };
         let without_place = |warning: &Problem| Problem { line: None, column: None, ..warning.clone() };
         warnings.extend(known.iter().filter(is_of_bodies).map(without_place));
         return warnings;

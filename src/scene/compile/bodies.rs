@@ -108,7 +108,9 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
             let faces = triangulate(&o.vertices).unwrap_or_default();
             (Shape::Mesh(mesh(&o.vertices, &faces, None, None).into()), o.look())
         }
-        Object::Group(_) | Object::Instance(_) => unreachable!("groups and instances are no shapes"),
+        Object::Group(_) | Object::Instance(_) | Object::Model(_) => {
+            unreachable!("groups, instances and models are no shapes")
+        }
     }
 }
 

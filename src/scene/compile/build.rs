@@ -35,6 +35,7 @@ use crate::shading::texture::environment::{Environment, clear_sky};
 use crate::shading::texture::studio::studio;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
+use parking_lot::Mutex;
 use std::sync::Arc;
 
 /// What building finds out besides the world.
@@ -48,11 +49,12 @@ pub(super) struct Built {
 pub(super) fn build<R: Real>(
     description: &Description,
     options: CompileOptions,
-    pictures: &Pictures<'_>,
+    pictures: &Pictures,
     known: Option<&World<R>>,
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let camera = camera_of(&description.camera, &basis, description.image.width, description.image.height);
+    let lit_before = known.and_then(|world| Some((world.environment.as_ref()?, world.surroundings.as_ref()?)));
     let known = known.map(Known::new);
     let mut builder = Builder::<R>::new(description, options, pictures, camera, known);
     let list = builder.list("/objects".to_owned());
@@ -75,7 +77,7 @@ pub(super) fn build<R: Real>(
         environment = None;
     }
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
-    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| Arc::new(Surroundings::new(map)));
+    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| surroundings(map, lit_before));
     // One of one colour is ambient light.
     let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
@@ -96,8 +98,8 @@ pub(super) fn build<R: Real>(
         lights,
         ambient: narrow_rgb(description.ambient.0 + around),
         background: narrow_rgb(background),
-        behind: (description.film.background == d::FilmBackground::Transparent).then(|| narrow_rgb(Rgb::ZERO)),
-        display: Display::new(description.film.exposure, description.film.tone),
+        behind: (description.film.background != d::FilmBackground::Scene).then(|| narrow_rgb(Rgb::ZERO)),
+        display: display(&description.film),
         environment,
         surroundings,
         fog,
@@ -142,8 +144,44 @@ pub(super) fn build<R: Real>(
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
 }
 
+/// The light of surroundings: that of the scene that this one is a variation of, or of a studio that stood like this before, if it is
+/// the same.
+fn surroundings(map: &Environment, before: Option<(&Environment, &Arc<Surroundings>)>) -> Arc<Surroundings> {
+    /// Studios that are kept, at 0.4 MB each: views of models have names, so they stand in few ways.
+    const STUDIOS: usize = 16;
+    static KEPT: Mutex<Vec<(Environment, Arc<Surroundings>)>> = Mutex::new(Vec::new());
+    let same = |other: &Environment| {
+        Arc::ptr_eq(&other.mipmap, &map.mipmap) && other.turn == map.turn && other.intensity == map.intensity
+    };
+    if let Some((_, known)) = before.filter(|(other, _)| same(other)) {
+        return Arc::clone(known);
+    }
+    if !Arc::ptr_eq(&map.mipmap, &studio()) {
+        return Arc::new(Surroundings::new(map));
+    }
+    let known = KEPT.lock().iter().find(|(other, _)| same(other)).map(|(_, known)| Arc::clone(known));
+    known.unwrap_or_else(|| {
+        let made = Arc::new(Surroundings::new(map));
+        let mut kept = KEPT.lock();
+        if kept.len() == STUDIOS {
+            kept.remove(0);
+        }
+        kept.push((map.clone(), Arc::clone(&made)));
+        made
+    })
+}
+
+/// How light becomes colours.
+fn display(film: &d::Film) -> Display {
+    let display = Display::new(film.exposure, film.tone);
+    match film.background {
+        d::FilmBackground::Color(color) => display.over(color.0.to_array()),
+        d::FilmBackground::Scene | d::FilmBackground::Transparent => display,
+    }
+}
+
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
-fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Option<Environment>) {
+fn seen_around(description: &Description, pictures: &Pictures) -> (Rgb, Option<Environment>) {
     let Some(d::Environment { image, sky, studio: _, rotate_deg, intensity, light: _ }) = &description.environment
     else {
         return (description.background.0, None);
@@ -151,7 +189,7 @@ fn seen_around(description: &Description, pictures: &Pictures<'_>) -> (Rgb, Opti
     let mipmap = match (image, sky) {
         (Some(image), _) => pictures.get(image, Meaning::Color),
         (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
-        (None, None) => Arc::new(studio()),
+        (None, None) => studio(),
     };
     let uniform = if *intensity == 0.0 { Some([0.0; 3]) } else { mipmap.uniform() };
     match uniform {
@@ -192,7 +230,7 @@ impl<'a, R: Real> Builder<'a, R> {
     fn new(
         description: &'a Description,
         options: CompileOptions,
-        pictures: &Pictures<'_>,
+        pictures: &Pictures,
         camera: Camera<R>,
         known: Option<Known<'a, R>>,
     ) -> Self {
@@ -459,7 +497,7 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material, pictures: &Pictures<'_>, film: &d::Film) -> Material<R> {
+fn material<R: Real>(material: &d::Material, pictures: &Pictures, film: &d::Film) -> Material<R> {
     if let Some(described) = &material.pbr {
         let mut material = pbr::material(described, pictures);
         pbr::show_unlit(&mut material, film);

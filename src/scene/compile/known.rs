@@ -21,10 +21,10 @@ pub struct Original<'a> {
 }
 
 impl<'a> Original<'a> {
-    /// Whether a description has the same objects, by sharing them.
+    /// Whether a description has the same objects, by sharing them as they are built.
     pub fn has_objects_of(&self, other: &Description) -> bool {
-        let own = self.description;
-        Arc::ptr_eq(&own.objects, &other.objects) && Arc::ptr_eq(&own.definitions, &other.definitions)
+        let (own, other) = (self.description.built(), other.built());
+        Arc::ptr_eq(own.0, other.0) && Arc::ptr_eq(own.1, other.1)
     }
 
     /// Whether the same objects have the same materials, too.

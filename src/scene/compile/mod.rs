@@ -20,9 +20,9 @@ pub use camera::camera_of;
 pub use known::Original;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
-use super::description::{Accuracy, Description, Precision, Statistical};
+use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
 use super::effects::{Effect, Entry};
-use super::pictures::{Files, NoFiles, Pictures};
+use super::pictures::{self, Files, NoFiles, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
@@ -31,6 +31,7 @@ use crate::bound::ceiling::Ceiling;
 use crate::control::milliseconds;
 use crate::film::Display;
 use crate::lanes::Real;
+use crate::shading::texture::mipmap::Mipmap;
 use crate::shading::texture::pattern::Textures;
 use std::iter;
 use std::sync::Arc;
@@ -73,6 +74,10 @@ pub struct Scene {
     pub overlap: f64,
     /// Bytes of the pictures on its surfaces and around it.
     pub picture_bytes: usize,
+    /// The pictures, in the order in which its description names them.
+    pub(in crate::scene) pictures: Vec<Arc<Mipmap>>,
+    /// The SHA-256 of each asset that it names.
+    pub assets: Vec<String>,
     /// Whether any of them came from a file: then the same text may be another scene next time.
     pub from_files: bool,
     /// Milliseconds spent building bounding volume hierarchies and what they hold.
@@ -92,6 +97,8 @@ pub enum Precise {
 #[derive(Debug, Default)]
 pub struct Sources {
     lists: Vec<String>,
+    /// Which of them are in the file of a model, and have the pointer of that. Empty: none.
+    models: Vec<bool>,
     entries: Vec<Source>,
     /// JSON pointers of the materials.
     materials: Vec<String>,
@@ -184,9 +191,10 @@ impl Scene {
             };
             world.geometries.iter().zip(known).map(own).sum()
         }
+        let around = self.bytes_around() - self.picture_bytes + pictures::bytes_of(&self.pictures, &original.pictures);
         match (&self.world, &original.world) {
-            (Precise::Single(world), Precise::Single(known)) => self.bytes_around() + of_world(world, known),
-            (Precise::Double(world), Precise::Double(known)) => self.bytes_around() + of_world(world, known),
+            (Precise::Single(world), Precise::Single(known)) => around + of_world(world, known),
+            (Precise::Double(world), Precise::Double(known)) => around + of_world(world, known),
             _ => self.bytes(),
         }
     }
@@ -250,6 +258,21 @@ fn told<R: Real>(
     Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
 
+impl Scene {
+    /// Turns pointers into what was built into those of the text, which has models in place of instances.
+    pub(in crate::scene) fn place(&mut self, models: &ModelBodies) {
+        if let Some(sources) = Arc::get_mut(&mut self.sources) {
+            sources.models = sources.lists.iter_mut().map(|pointer| models.place(pointer)).collect();
+            sources.materials.iter_mut().for_each(|pointer| _ = models.place(pointer));
+        }
+        self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| _ = models.place(pointer));
+        for entry in &mut self.effects {
+            entry.because.dedup();
+        }
+        self.warnings.iter_mut().for_each(|warning| _ = models.place(&mut warning.pointer));
+    }
+}
+
 impl Sources {
     fn bytes(&self) -> usize {
         let texts = self.lists.iter().chain(&self.materials);
@@ -262,6 +285,9 @@ impl Sources {
     /// JSON pointer of an item's object.
     pub fn pointer(&self, source: u32) -> String {
         let entry = &self.entries[source as usize];
+        if self.models.get(entry.list as usize) == Some(&true) {
+            return self.lists[entry.list as usize].clone();
+        }
         format!("{}/{}", self.lists[entry.list as usize], entry.index)
     }
 
@@ -311,19 +337,27 @@ pub fn compile_with(description: &Description, options: CompileOptions) -> Resul
 
 /// [`compile_with`], with the files that a scene may name.
 pub fn compile_from(description: &Description, options: CompileOptions, files: &dyn Files) -> Result<Scene, Problems> {
-    let pictures = checked(description, files, false)?;
-    build_from(description, options, &pictures, warnings(description, None), None)
+    if description.lacks_models() {
+        let detail = "the scene places models, which have to be read before";
+        return Err(Problems::one(Problem::new("/objects", super::problem::Code::Unsupported, detail)));
+    }
+    let whole = description.whole();
+    let read = checked(&whole, files, None)?;
+    build_from(&whole, options, &read, warnings(&whole, None), None)
 }
 
-/// Checks a description completely, but for objects that are known to be sound, and reads the pictures that it names.
+/// Checks a description completely, but for objects of `original`, which are known to be sound, and reads the pictures that it
+/// names and that are not known.
 pub(super) fn checked<'a>(
     description: &'a Description,
     files: &dyn Files,
-    has_sound_bodies: bool,
-) -> Result<Pictures<'a>, Problems> {
+    original: Option<Original<'a>>,
+) -> Result<Pictures, Problems> {
+    let has_sound_bodies = original.is_some_and(|original| original.has_bodies_of(description));
     let checked = if has_sound_bodies { check_around_bodies(description) } else { check(description) };
     unless_cancelled()?;
-    match (checked, Pictures::read(description, files)) {
+    let known = original.map(|original| pictures::known(original.description, &original.scene.pictures));
+    match (checked, Pictures::read(description, files, known.unwrap_or_default())) {
         (Ok(()), Ok(pictures)) => Ok(pictures),
         (Err(problems), Ok(_)) | (Ok(()), Err(problems)) => Err(problems),
         (Err(Problems(mut problems)), Err(Problems(mut more))) => {
@@ -339,7 +373,7 @@ pub(super) fn checked<'a>(
 pub(super) fn build_from(
     description: &Description,
     options: CompileOptions,
-    pictures: &Pictures<'_>,
+    pictures: &Pictures,
     warnings: Vec<Problem>,
     original: Option<Original<'_>>,
 ) -> Result<Scene, Problems> {
@@ -388,7 +422,9 @@ pub(super) fn build_from(
         warnings: told.warnings,
         expanded_primitives: built.expanded as u64,
         overlap: told.overlap,
-        picture_bytes: pictures.bytes(),
+        picture_bytes: pictures::bytes_of(pictures.all(), &[]),
+        pictures: pictures.all().to_vec(),
+        assets: Vec::new(),
         from_files: pictures.from_files,
         bvh_ms,
     })

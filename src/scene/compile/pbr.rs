@@ -18,7 +18,7 @@ use crate::shading::texture::mipmap::Sampler;
 use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
-pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures<'_>) -> Material<R> {
+pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures) -> Material<R> {
     if described.shadow_catcher {
         // Nothing of it is there until a shadow falls on it, and that is black.
         let clear = d::Pbr {
@@ -104,12 +104,12 @@ fn absorption<R: Real>(d::Attenuation { color, distance }: d::Attenuation) -> [R
 type Laid = (String, Meaning, u32, UvTransform, d::Wraps, Enlarged);
 
 /// The pictures of a material, each once.
-struct Album<'a, 'p> {
-    pictures: &'a Pictures<'p>,
+struct Album<'a> {
+    pictures: &'a Pictures,
     kept: Vec<(Laid, ImageTexture)>,
 }
 
-impl Album<'_, '_> {
+impl Album<'_> {
     fn picture<T: Factor>(&self, textured: &Textured<T>, meaning: Meaning) -> ImageTexture {
         let mipmap = self.pictures.get(&textured.image, meaning);
         ImageTexture {

@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// look at them.
 pub(super) fn textures<R: Real>(
     material: &d::Material,
-    pictures: &Pictures<'_>,
+    pictures: &Pictures,
 ) -> (Option<BaseColor<R>>, BaseColor<R>, Option<Box<Textures>>) {
     let colors = |diffuse| colors::<R>(diffuse, pictures);
     let (ambient, of_ambient) = material.ambient.as_ref().map(colors).unzip();
@@ -33,7 +33,7 @@ pub(super) fn textures<R: Real>(
     (ambient, diffuse, (!textures.is_plain()).then(|| Box::new(textures)))
 }
 
-fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (BaseColor<R>, Option<Pattern>) {
+fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures) -> (BaseColor<R>, Option<Pattern>) {
     let between = |a: Color, b: Color, pattern: Pattern| {
         let mean = BaseColor::Uniform(narrow_rgb((a.0 + b.0) * 0.5));
         if a == b { (BaseColor::Uniform(narrow_rgb(a.0)), None) } else { (mean, Some(pattern)) }
@@ -71,7 +71,7 @@ fn colors<R: Real>(diffuse: &Diffuse, pictures: &Pictures<'_>) -> (BaseColor<R>,
     }
 }
 
-fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
+fn bump(material: &d::Material, pictures: &Pictures) -> Option<BumpMap> {
     if let Some(d::NormalMap { image }) = &material.normal_map {
         let picture = picture(image, Meaning::Normal, pictures);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
@@ -93,7 +93,7 @@ fn bump(material: &d::Material, pictures: &Pictures<'_>) -> Option<BumpMap> {
     }
 }
 
-fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures<'_>) -> ImageTexture {
+fn picture(image: &ImageMap, meaning: Meaning, pictures: &Pictures) -> ImageTexture {
     let mipmap = pictures.get(&image.source, meaning);
     let mapping = mapping(&image.mapping, &mipmap);
     let each = wrap(image.wrap);

@@ -136,6 +136,8 @@ impl Scene {
             sources: Arc::clone(&self.sources),
             effects: self.effects.clone(),
             warnings: self.warnings.clone(),
+            pictures: self.pictures.clone(),
+            assets: self.assets.clone(),
             ..*self
         }
     }

@@ -11,6 +11,7 @@ mod film;
 mod fog;
 mod light;
 mod material;
+mod models;
 mod object;
 mod pbr;
 mod render;
@@ -28,6 +29,8 @@ pub use light::{
     SpotLight, WindowedFalloff,
 };
 pub use material::{Axes, Checker, Fresnel, Material};
+pub(in crate::scene) use models::{ModelBodies, ModelPlace};
+pub use models::{PlacedModel, ReadModels, UpAxis};
 pub(crate) use object::is_collapsed;
 pub use object::{
     AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
@@ -104,6 +107,9 @@ pub struct Description {
     /// How light becomes colours.
     #[serde(default, skip_serializing_if = "Film::is_default")]
     pub film: Film,
+    /// What the models among its objects are, once they have been read.
+    #[serde(skip)]
+    pub models: ReadModels,
 }
 
 impl Description {
@@ -125,6 +131,7 @@ impl Description {
             objects: objects.into(),
             render: RenderSettings::default(),
             film: Film::default(),
+            models: ReadModels::default(),
         }
     }
 

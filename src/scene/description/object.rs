@@ -1,6 +1,6 @@
 //! Objects, and where they are put.
 
-use super::{Vec3, default_up};
+use super::{PlacedModel, Vec3, default_up};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,7 @@ pub enum Object {
     Polygon(Polygon),
     Group(Box<Group>),
     Instance(Box<Instance>),
+    Model(Box<PlacedModel>),
 }
 
 impl Object {
@@ -45,10 +46,11 @@ impl Object {
             Self::Polygon(_) => "polygon",
             Self::Group(_) => "group",
             Self::Instance(_) => "instance",
+            Self::Model(_) => "model",
         }
     }
 
-    /// Material, name and hollowness of a body; `None` for groups and instances.
+    /// Material, name and hollowness of a body; `None` for groups, instances and models.
     pub fn look(&self) -> Option<Look<'_>> {
         Some(match self {
             Self::Sphere(o) => o.look(),
@@ -62,7 +64,7 @@ impl Object {
             Self::Torus(o) => o.look(),
             Self::Mesh(o) => o.look(),
             Self::Polygon(o) => o.look(),
-            Self::Group(_) | Self::Instance(_) => return None,
+            Self::Group(_) | Self::Instance(_) | Self::Model(_) => return None,
         })
     }
 }

@@ -6,8 +6,8 @@ use crate::scene::limits::NAME_BYTES;
 use crate::scene::named::Named;
 use glam::DMat4;
 
-/// Definitions and objects. `names` are those of the materials in the scene.
-pub(super) fn objects(model: &mut Model, names: &[String]) -> (Named<Vec<Object>>, Vec<Object>) {
+/// Definitions, whose names begin with a prefix, and objects. `names` are those of the materials in the scene.
+pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Named<Vec<Object>>, Vec<Object>) {
     let (mut definitions, mut objects) = (Named::default(), Vec::new());
     let mut uses = vec![0_usize; model.geometries.len()];
     model.placements.iter().for_each(|placement| uses[placement.geometry] += 1);
@@ -24,7 +24,7 @@ pub(super) fn objects(model: &mut Model, names: &[String]) -> (Named<Vec<Object>
             objects.push(Object::Mesh(Box::new(mesh(moved, material, name))));
             continue;
         }
-        let definition = format!("mesh {}", definitions.len());
+        let definition = format!("{prefix}mesh {}", definitions.len());
         definitions.insert(definition.clone(), vec![Object::Mesh(Box::new(mesh(own, material, name)))]);
         objects.extend(placement.transforms.iter().map(|matrix| {
             let transform = Transform { matrix: Some(matrix.to_cols_array()), ..Transform::default() };

@@ -6,15 +6,19 @@
 
 use super::view::View;
 use crate::math;
-use crate::models::{Model, ModelCamera, Projection};
-use crate::scene::description::{Camera, OrthographicCamera, PinholeCamera};
+use crate::models::{ModelCamera, Projection};
+use crate::scene::description::{Camera, Object, OrthographicCamera, PinholeCamera};
+use crate::scene::named::Named;
 use glam::{DMat4, DVec3};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Full vertical angle of view in degrees, as model-viewer has it.
 const VERTICAL: f64 = 30.0;
 /// The part of the picture that the model may fill: 5 % are left at each edge.
 const FILLED: f64 = 0.9;
+/// Sides from which a model is looked at that the camera goes around.
+const SIDES: u32 = 72;
 /// Vertices, as they are placed, that are looked at one by one; of more the boxes around them are.
 const VERTICES: u64 = 50_000_000;
 
@@ -45,6 +49,53 @@ fn turned(degrees: f64) -> (f64, f64) {
     }
 }
 
+/// The vertices of a model: lists of points, each with the matrices that place it.
+pub(super) struct Placed<'a>(Vec<(&'a [[f64; 3]], Vec<DMat4>)>);
+
+impl<'a> Placed<'a> {
+    /// Those of the objects of a model: meshes, and instances of meshes.
+    pub(super) fn of(objects: &'a [Object], definitions: &'a Named<Vec<Object>>) -> Self {
+        let (mut placed, mut places) = (Vec::new(), HashMap::new());
+        for object in objects {
+            match object {
+                Object::Mesh(mesh) => placed.push((mesh.vertices.as_slice(), vec![DMat4::IDENTITY])),
+                Object::Instance(instance) => {
+                    let matrix = instance.transform.matrix.map_or(DMat4::IDENTITY, |it| DMat4::from_cols_array(&it));
+                    places.entry(instance.of.as_str()).or_insert_with(Vec::new).push(matrix);
+                }
+                _ => {}
+            }
+        }
+        for (name, objects) in definitions {
+            let Some(matrices) = places.remove(name.as_str()) else { continue };
+            for object in objects {
+                if let Object::Mesh(mesh) = object {
+                    placed.push((mesh.vertices.as_slice(), matrices.clone()));
+                }
+            }
+        }
+        Self(placed)
+    }
+
+    /// The corners of the box around all of it, if there is any.
+    pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (positions, matrices) in &self.0 {
+            // Of what stands in few places each vertex counts, of what stands in many the box around it.
+            let boxed = (matrices.len() > 16).then(|| corners(positions));
+            let points = boxed.as_deref().unwrap_or(positions);
+            for matrix in matrices {
+                for point in points {
+                    let placed = matrix.transform_point3(DVec3::from_array(*point));
+                    (low, high) = (low.min(placed), high.max(placed));
+                }
+            }
+        }
+        let extent = (high - low).max_element();
+        (extent.is_finite() && extent > 0.0).then_some((low, high))
+    }
+}
+
 /// The largest values of some linear functions over all vertices, as seen from an origin: what is far from that of the
 /// coordinates is as large as what is near.
 struct Extremes<const N: usize> {
@@ -54,17 +105,15 @@ struct Extremes<const N: usize> {
 }
 
 impl<const N: usize> Extremes<N> {
-    fn of(model: &Model, origin: DVec3, directions: [DVec3; N]) -> Self {
+    /// `times`: how often that is asked.
+    fn of(Placed(placed): &Placed<'_>, origin: DVec3, directions: [DVec3; N], times: u64) -> Self {
         let mut extremes = Self { origin, directions, most: [f64::NEG_INFINITY; N] };
-        let vertices = |placed: &crate::models::Placement| {
-            model.geometries[placed.geometry].positions.len() as u64 * placed.transforms.len() as u64
-        };
-        let is_many = model.placements.iter().map(vertices).sum::<u64>() > VERTICES;
-        for placement in &model.placements {
-            let positions = &model.geometries[placement.geometry].positions;
-            let boxed = is_many.then(|| corners(positions));
+        let vertices: u64 =
+            placed.iter().map(|(positions, matrices)| positions.len() as u64 * matrices.len() as u64 * times).sum();
+        for (positions, matrices) in placed {
+            let boxed = (vertices > VERTICES).then(|| corners(positions));
             let points = boxed.as_deref().unwrap_or(positions);
-            for matrix in &placement.transforms {
+            for matrix in matrices {
                 extremes.add(points, matrix);
             }
         }
@@ -95,39 +144,17 @@ fn corners(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     (0..8_usize).map(|i| [0, 1, 2].map(|c| if i >> c & 1 == 0 { low[c] } else { high[c] })).collect()
 }
 
-/// The box around the model.
-pub(super) fn bounds(model: &Model) -> (DVec3, DVec3) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for placement in &model.placements {
-        let positions = &model.geometries[placement.geometry].positions;
-        // Of what stands in few places each vertex counts, of what stands in many the box around it.
-        let boxed = (placement.transforms.len() > 16).then(|| corners(positions));
-        for matrix in &placement.transforms {
-            for point in boxed.as_ref().unwrap_or(positions) {
-                let placed = matrix.transform_point3(DVec3::from_array(*point));
-                (low, high) = (low.min(placed), high.max(placed));
-            }
-        }
-    }
-    (low, high)
-}
-
-fn middle(model: &Model) -> DVec3 {
-    let (low, high) = bounds(model);
-    (low + high) / 2.0
-}
-
-/// A camera that sees all of the model.
-pub(super) fn framed(model: &Model, view: View, aspect: f64) -> Camera {
+/// A camera that sees all of the model around a point.
+pub(super) fn framed(model: &Placed<'_>, origin: DVec3, view: View, aspect: f64) -> Camera {
     let Axes { right, up, back } = Axes::of(view);
     let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
     let wide = tall * aspect;
-    let origin = middle(model);
     // A vertex (x, y, z) is seen from (ex, ey, ez) if x - ex <= wide (ez - z), and so on.
     let Extremes { most, .. } = Extremes::of(
         model,
         origin,
         [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back],
+        1,
     );
     let [east, west, north, south, near, far] = most;
     let (x, y) = ((east - west) / 2.0, (north - south) / 2.0);
@@ -144,20 +171,41 @@ pub(super) fn framed(model: &Model, view: View, aspect: f64) -> Camera {
     })
 }
 
+/// A camera that looks at the middle of the model, and sees all of it from each side that a turn around the vertical axis leads to.
+pub(super) fn framed_around(model: &Placed<'_>, (low, high): (DVec3, DVec3), view: View, aspect: f64) -> Camera {
+    let (middle, extent) = ((low + high) / 2.0, (high - low).max_element());
+    let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
+    let wide = tall * aspect;
+    let mut distance = 0.0_f64;
+    for side in 0..SIDES {
+        let theta = view.theta + 360.0 * f64::from(side) / f64::from(SIDES);
+        let Axes { right, up, back } = Axes::of(View { theta, ..view });
+        let planes = [right / wide + back, back - right / wide, up / tall + back, back - up / tall, back];
+        let Extremes { most, .. } = Extremes::of(model, middle, planes, u64::from(SIDES));
+        let [sides @ .., near] = most;
+        distance = sides.into_iter().fold(distance, f64::max).max(near + 1e-3 * extent);
+    }
+    let Axes { up, back, .. } = Axes::of(view);
+    Camera::Pinhole(PinholeCamera {
+        up: upright(view, up).to_array(),
+        vfov_deg: VERTICAL,
+        ..PinholeCamera::looking((middle + back * distance).to_array(), middle.to_array())
+    })
+}
+
 /// +y, but where the camera looks along it.
 fn upright(view: View, up: DVec3) -> DVec3 {
     if view.phi > 0.01 && view.phi < 179.99 { DVec3::Y } else { up }
 }
 
-/// A camera of the file.
-pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
+/// A camera of the file, for a model around a point.
+pub(super) fn of_file(camera: &ModelCamera, model: &Placed<'_>, origin: DVec3) -> Camera {
     let matrix = camera.placed;
     let eye = matrix.w_axis.truncate();
     let back = matrix.transform_vector3(DVec3::Z).try_normalize().unwrap_or(DVec3::Z);
     let up = matrix.transform_vector3(DVec3::Y).try_normalize().unwrap_or(DVec3::Y);
     // What is in focus is as far as the middle of the model.
-    let origin = middle(model);
-    let Extremes { most: [near, far], .. } = Extremes::of(model, origin, [back, -back]);
+    let Extremes { most: [near, far], .. } = Extremes::of(model, origin, [back, -back], 1);
     let distance = (back.dot(eye - origin) - (near - far) / 2.0).max(1e-3 * (near + far).max(1e-6));
     let look_at = (eye - back * distance).to_array();
     match camera.projection {
@@ -175,12 +223,14 @@ pub(super) fn of_file(camera: &ModelCamera, model: &Model) -> Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::{Geometry, Placement};
 
-    fn model(positions: Vec<[f64; 3]>) -> Model {
-        let geometry = Geometry { positions, triangles: vec![[0, 1, 2]], ..Geometry::default() };
-        let placement = Placement { geometry: 0, material: None, name: None, transforms: vec![DMat4::IDENTITY] };
-        Model { geometries: vec![geometry], placements: vec![placement], ..Model::default() }
+    fn model(points: &[[f64; 3]]) -> Placed<'_> {
+        Placed(vec![(points, vec![DMat4::IDENTITY])])
+    }
+
+    fn middle(model: &Placed<'_>) -> DVec3 {
+        let (low, high) = model.bounds().unwrap();
+        (low + high) / 2.0
     }
 
     /// Where points are in the picture, from -1 to 1.
@@ -201,11 +251,12 @@ mod tests {
     fn every_vertex_is_inside_and_some_touch_the_margin() {
         let points: Vec<_> =
             (0..40).map(|i| [f64::from(i * 7 % 11), f64::from(i * 5 % 13) * 3.0, f64::from(i % 4)]).collect();
-        let model = model(points.clone());
+        let model = model(&points);
+        let middle = middle(&model);
         for (view, aspect) in
             [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
         {
-            let Camera::Pinhole(camera) = framed(&model, view.parse().unwrap(), aspect) else { panic!("a pinhole") };
+            let Camera::Pinhole(camera) = framed(&model, middle, view.parse().unwrap(), aspect) else { panic!("a pinhole") };
             let seen = seen(&camera, aspect, &points);
             let most = seen.iter().flatten().fold(0.0_f64, |most, at| most.max(at.abs()));
             assert!((most - FILLED).abs() < 1e-9, "{view}: {most}");
@@ -220,11 +271,33 @@ mod tests {
     }
 
     #[test]
+    fn a_model_stays_inside_while_the_camera_goes_around_it() {
+        let points: Vec<_> = (0..30).map(|i| [f64::from(i % 3) * 5.0, f64::from(i), f64::from(i % 7) - 20.0]).collect();
+        let model = model(&points);
+        let bounds = model.bounds().unwrap();
+        let Camera::Pinhole(camera) = framed_around(&model, bounds, View { theta: 10.0, phi: 60.0 }, 1.5) else {
+            panic!("a pinhole")
+        };
+        let middle = DVec3::from_array(camera.look_at);
+        let mut most = 0.0_f64;
+        for side in 0..36 {
+            let turned = DMat4::from_rotation_y(f64::from(side) * PI / 18.0);
+            let eye = middle + turned.transform_vector3(DVec3::from_array(camera.eye) - middle);
+            let camera = PinholeCamera { eye: eye.to_array(), ..camera.clone() };
+            most = seen(&camera, 1.5, &points).iter().flatten().fold(most, |most, at| most.max(at.abs()));
+        }
+        assert!((FILLED - 0.01..FILLED + 1e-9).contains(&most), "{most}");
+    }
+
+    #[test]
     fn distance_to_the_origin_does_not_matter() {
         let at = |shift: f64| {
             let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]];
-            let model = model(points.map(|[x, y, z]| [x + shift, y, z - 3.0 * shift]).to_vec());
-            let Camera::Pinhole(camera) = framed(&model, View::default(), 1.0) else { panic!("a pinhole") };
+            let points = points.map(|[x, y, z]| [x + shift, y, z - 3.0 * shift]);
+            let model = model(&points);
+            let Camera::Pinhole(camera) = framed(&model, middle(&model), View::default(), 1.0) else {
+                panic!("a pinhole")
+            };
             let moved = |[x, y, z]: [f64; 3]| DVec3::new(x - shift, y, z + 3.0 * shift);
             [moved(camera.eye), moved(camera.look_at)]
         };
@@ -234,8 +307,9 @@ mod tests {
 
     #[test]
     fn a_flat_model_seen_from_its_edge_is_in_front_of_the_camera() {
-        let model = model(vec![[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]);
-        let Camera::Pinhole(camera) = framed(&model, "front".parse().unwrap(), 1.0) else { panic!("a pinhole") };
+        let points = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]];
+        let model = model(&points);
+        let Camera::Pinhole(camera) = framed(&model, middle(&model), "front".parse().unwrap(), 1.0) else { panic!("a pinhole") };
         assert!(camera.eye[2] > 2.0 && camera.look_at[2] == 1.0, "{camera:?}");
     }
 }

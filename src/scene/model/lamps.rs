@@ -3,7 +3,7 @@
 use super::studio::surroundings;
 use super::{LightChoice, ModelOptions};
 use crate::math::{self, Rgb};
-use crate::models::{Lamp, LampKind, Model, Subject, Warning};
+use crate::models::{Lamp, LampKind, Subject, Warning};
 use crate::scene::description::{
     Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight, WindowedFalloff,
 };
@@ -28,10 +28,10 @@ pub(super) struct LitBy {
 }
 
 /// The lights of the scene. The radiance of a white surface is a light's illuminance divided by pi.
-pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera) -> LitBy {
+pub(super) fn lights(lamps: &[Lamp], options: &ModelOptions, camera: &Camera, warnings: &mut Vec<Warning>) -> LitBy {
     let middle = DVec3::from_array(camera.view().look_at);
     let choice = options.light.unwrap_or_default();
-    let has_lamps = !model.lamps.is_empty();
+    let has_lamps = !lamps.is_empty();
     let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
     if !own {
         return LitBy {
@@ -43,20 +43,19 @@ pub(super) fn lights(model: &mut Model, options: &ModelOptions, camera: &Camera)
     }
     if !has_lamps {
         let detail = "light=file shines with the lamps of the file, which has none: only what glows is seen; light=studio lights it";
-        warn(&mut model.warnings, Subject::Assumed, "no-lamps", detail.to_owned());
+        warn(warnings, Subject::Assumed, "no-lamps", detail.to_owned());
     }
-    let lamps = std::mem::take(&mut model.lamps);
     if lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })) {
         let detail = "the light of a spot falls to its edge along another curve than the file's";
-        warn(&mut model.warnings, Subject::Approximated, "spot-edge", detail.to_owned());
+        warn(warnings, Subject::Approximated, "spot-edge", detail.to_owned());
     }
     // Lamps are as bright as in the world: hundreds of candela, or a sun.
-    let bright = brightness(&lamps, middle);
+    let bright = brightness(lamps, middle);
     let exposure = if bright > 1.0 { -math::log2(bright).min(32.0) } else { 0.0 };
     if exposure < 0.0 {
         let detail =
             format!("the film is exposed by {exposure:.1} stops, so that white in the middle of the model is white");
-        warn(&mut model.warnings, Subject::Assumed, "exposure", detail);
+        warn(warnings, Subject::Assumed, "exposure", detail);
     }
     let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS * bright.max(1.0)));
     LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false, exposure }

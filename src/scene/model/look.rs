@@ -12,8 +12,12 @@ use glam::DVec3;
 use std::collections::HashSet;
 use std::f64::consts::PI;
 
-/// Materials by name, and the name of each of the model's. The last is that of what has none.
-pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Named<Material>, Vec<String>) {
+/// Materials by name, and the name of each of the model's, which begins with a prefix. The last is that of what has none.
+pub(super) fn materials(
+    model: &mut Model,
+    prefix: &str,
+    warnings: &mut Vec<Warning>,
+) -> (Named<Material>, Vec<String>) {
     let open = open_volumes(model, warnings);
     let sources: Vec<String> = std::mem::take(&mut model.pictures).iter().map(source).collect();
     let has_default = model.placements.iter().any(|placement| placement.material.is_none());
@@ -21,7 +25,8 @@ pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Name
     let mut names = Vec::new();
     let fallback = has_default.then(ModelMaterial::new);
     for (index, material) in model.materials.iter().chain(&fallback).enumerate() {
-        let name = free_name(&named, material.name.as_deref().unwrap_or("material"));
+        let own = material.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("material");
+        let name = free_name(&named, &format!("{prefix}{own}"));
         let pbr = Some(Box::new(pbr(material, &sources, open.contains(&index))));
         // Light must be able to leave what it has entered.
         let one_sided = !material.double_sided && material.transmission.factor <= 0.0;

@@ -6,18 +6,23 @@ mod framing;
 mod lamps;
 mod look;
 mod origin;
+mod placed;
 mod problems;
 mod studio;
 mod view;
+mod views;
 
+pub(super) use placed::read_models;
 pub use view::View;
+pub use views::Views;
 
-use super::description::{self as d, Camera, Description, FilmBackground, ImageSize};
+use super::description::Description;
+pub use super::description::UpAxis;
 use super::limits::MAGNITUDE;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
-use crate::film::ToneMapping;
-use crate::models::{self, Choice, Model, ModelFormat, Up, parts};
+use crate::models::{self, Choice, Model, ModelFormat, Up, Which, parts};
+use framing::Placed;
 use glam::DMat4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,28 +48,22 @@ pub struct ModelOptions {
     pub scene: Option<u32>,
     /// Which of its animations is played.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub animation: Option<u32>,
+    pub animation: Option<Which>,
     /// Seconds since the start of the animation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub t: Option<f64>,
     /// Which of its variants of materials.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub variant: Option<u32>,
+    pub variant: Option<Which>,
     /// Which lights shine on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<LightChoice>,
     /// Whether what cannot be simulated is refused, where the file requires it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strict: Option<bool>,
-}
-
-/// An axis that is up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum UpAxis {
-    Y,
-    Z,
+    /// Whether the camera goes around it: then it stands where all of the model is inside of the picture from each side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub around: Option<bool>,
 }
 
 /// Lights on a model.
@@ -92,12 +91,13 @@ impl ModelOptions {
         variant: None,
         light: None,
         strict: None,
+        around: None,
     };
 
     fn choice(&self) -> Choice {
         Choice {
             scene: self.scene,
-            animation: self.animation.or(self.t.map(|_| 0)),
+            animation: self.animation.or(self.t.map(|_| Which::Index(0))),
             seconds: self.t.unwrap_or(0.0),
             variant: self.variant,
             strict: self.strict.unwrap_or(false),
@@ -114,6 +114,8 @@ pub struct Imported {
     pub warnings: Vec<Problem>,
     /// Whether it has parts that were files, whose content may change.
     pub from_files: bool,
+    /// How it is seen again.
+    pub views: Views,
 }
 
 /// Reads a model, and a body of parts that holds one.
@@ -124,7 +126,7 @@ pub fn import(
     files: &dyn Files,
 ) -> Result<Imported, Problems> {
     let from_files = |name: &str| files.read(name);
-    let model = read(format, bytes, &from_files, &overrides.model)?;
+    let model = read_upright(format, bytes, &from_files, &overrides.model)?;
     let imported = described(model, overrides)?;
     Ok(imported)
 }
@@ -144,27 +146,22 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Pro
         let part = all.iter().find(|part| part.name == name);
         part.map(|part| part.bytes.to_vec()).ok_or_else(|| "is none of the parts of the request".to_owned())
     };
-    let model = read(format, file.bytes, &from_parts, &overrides.model)?;
+    let model = read_upright(format, file.bytes, &from_parts, &overrides.model)?;
     let imported = described(model, overrides)?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })
 }
 
-fn read(
+/// Reads a model, and turns it so that y is up.
+fn read_upright(
     format: ModelFormat,
     bytes: &[u8],
     parts: &models::Parts<'_>,
     options: &ModelOptions,
 ) -> Result<Model, Problems> {
     let model = models::read(format, bytes, parts, options.choice());
-    let model = model.map_err(|faults| problems::located(format, bytes, faults))?;
+    let mut model = model.map_err(|faults| problems::located(format, bytes, faults))?;
     unless_cancelled()?;
-    Ok(model)
-}
-
-/// The scene of a model.
-fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
-    let options = &overrides.model;
     let is_z_up = match options.up {
         Some(up) => {
             model.warnings.retain(|warning| !warning.what.starts_with("up-"));
@@ -175,43 +172,36 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     if is_z_up {
         turn_up(&mut model);
     }
+    Ok(model)
+}
+
+/// The scene of a model.
+fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
     origin::moved_there(&mut model);
-    let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
-    let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
-    let camera = camera(&model, options, aspect)?;
-    let (low, high) = framing::bounds(&model);
-    let size = (high - low).max_element();
+    let is_unlit = look::is_unlit(&model);
+    let read = std::mem::take(&mut model.warnings);
+    let mut of_look = Vec::new();
+    let (materials, names) = look::materials(&mut model, "", &mut of_look);
+    let (definitions, objects) = bodies::objects(&mut model, &names, "");
+    let bounds = Placed::of(&objects, &definitions).bounds();
+    let size = bounds.map_or(0.0, |(low, high)| (high - low).max_element());
     if !(size > 0.0 && size <= MAGNITUDE) {
         let detail =
             format!("the model is {size:e} units large: it can be seen if that is above 0 and at most {MAGNITUDE:e}");
         return Err(Problems::one(Problem::new("", Code::Degenerate, detail)));
     }
-    let as_it_is = look::is_unlit(&model);
-    let lit_by = lamps::lights(&mut model, options, &camera);
-    let mut warnings = std::mem::take(&mut model.warnings);
-    let (mut materials, names) = look::materials(&mut model, &mut warnings);
-    let (definitions, mut objects) = bodies::objects(&mut model, &names);
-    // From below it would be between the camera and the model.
-    if lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1] {
-        let name = look::free_name(&materials, "floor");
-        materials.insert(name.clone(), studio::catcher());
-        objects.push(studio::floor((low, high), name));
-    }
-    let mut description = Description::new(camera, objects);
-    description.name = model.name.map(|name| bodies::shortened(&name));
-    description.image = image;
-    description.materials = materials;
-    description.definitions = definitions.into();
-    description.environment = lit_by.surroundings;
-    // The surroundings are all the light there is from all around.
-    description.ambient = d::Color::BLACK;
-    description.lights = lit_by.lights;
-    // Colours that are no light are shown as they are.
-    let (exposure, tone) =
-        if as_it_is { (0.0, ToneMapping::None) } else { (lit_by.exposure, ToneMapping::KhronosPbrNeutral) };
-    description.film = d::Film { exposure, tone, background: FilmBackground::Transparent };
-    let warnings = warnings.into_iter().map(problems::of_warning).collect();
-    Ok(Imported { description, warnings, from_files: model.has_parts })
+    let views = Views {
+        name: model.name.map(|name| bodies::shortened(&name)),
+        bodies: objects.len(),
+        bounds,
+        cameras: model.cameras,
+        lamps: model.lamps,
+        is_unlit,
+        warnings: [read, of_look],
+    };
+    let seen = views.seen(&objects, &definitions, overrides)?;
+    let (description, warnings) = views.described(seen, definitions, objects, materials);
+    Ok(Imported { description, warnings, from_files: model.has_parts, views })
 }
 
 /// Turns z up into y up; what faces -y then faces the front.
@@ -222,21 +212,4 @@ fn turn_up(model: &mut Model) {
     let cameras = model.cameras.iter_mut().map(|camera| &mut camera.placed);
     let lamps = model.lamps.iter_mut().map(|lamp| &mut lamp.placed);
     placed.chain(cameras).chain(lamps).for_each(|matrix| *matrix = turn * *matrix);
-}
-
-/// The camera that is asked for, or one that sees all of the model.
-fn camera(model: &Model, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
-    let Some(index) = options.camera else {
-        return Ok(framing::framed(model, options.view.unwrap_or_default(), aspect));
-    };
-    match model.cameras.get(index as usize) {
-        Some(camera) => Ok(framing::of_file(camera, model)),
-        None => {
-            let detail = format!(
-                "there is no camera {index}: the file has {}, counted from 0; without camera= the whole model is seen",
-                model.cameras.len()
-            );
-            Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))
-        }
-    }
 }

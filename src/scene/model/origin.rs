@@ -1,7 +1,7 @@
 //! Models that stand far from the origin, as maps do, are moved there: single precision has 24 bits for where a point is, of which
 //! distance leaves few for shape.
 
-use super::framing::{bounds, box_of};
+use super::framing::box_of;
 use crate::models::{Model, Subject, Warning};
 use glam::{DMat4, DVec3};
 
@@ -31,6 +31,23 @@ pub(super) fn moved_there(model: &mut Model) {
         "the model stands around ({x}, {y}, {z}), far from the origin for its size: the scene has it at the origin"
     );
     model.warnings.push(Warning { subject: Subject::Assumed, what: "origin", detail, pointer: String::new() });
+}
+
+/// The box around the model.
+fn bounds(model: &Model) -> (DVec3, DVec3) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for placement in &model.placements {
+        let (least, most) = box_of(&model.geometries[placement.geometry].positions);
+        // The box of a box may be larger, which is enough to know what is far.
+        for matrix in &placement.transforms {
+            for corner in 0..8_usize {
+                let of = |c: usize| if corner >> c & 1 == 0 { least[c] } else { most[c] };
+                let placed = matrix.transform_point3(DVec3::new(of(0), of(1), of(2)));
+                (low, high) = (low.min(placed), high.max(placed));
+            }
+        }
+    }
+    (low, high)
 }
 
 /// The middle of a box that is far from the origin.

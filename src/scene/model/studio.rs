@@ -21,6 +21,8 @@ pub(super) fn surroundings(camera: &Camera, intensity: f64) -> Environment {
     let view = camera.view();
     let [x, _, z] = [0, 1, 2].map(|i: usize| view.eye[i] - view.look_at[i]);
     let turn = if x.abs().max(z.abs()) > 1e-9 { math::atan2(x, z) * 180.0 / PI } else { 0.0 };
+    // Views of one name stand in the same studio, whatever the model.
+    let turn = (turn * 1e6).round() / 1e6;
     Environment {
         image: None,
         sky: None,
@@ -66,6 +68,7 @@ pub(super) fn floor((low, high): (DVec3, DVec3), material: String) -> Object {
         vertices,
         faces,
         normals: None,
+        tangents: None,
         uvs: None,
         uvs1: None,
         colors: Some(colors),

@@ -5,6 +5,7 @@ use super::mipmap::Mipmap;
 use crate::math::sin_cos;
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::{Arc, LazyLock};
 
 /// Rows of its picture: the edges of panels are four texels wide.
 const ROWS: u32 = 192;
@@ -60,8 +61,13 @@ fn walls(height: f64) -> f64 {
     0.5 + if height > 0.0 { 0.3 } else { 0.2 } * height
 }
 
-/// The studio as an equirectangular picture.
-pub fn studio() -> Mipmap {
+/// The studio as an equirectangular picture, made once.
+pub fn studio() -> Arc<Mipmap> {
+    static STUDIO: LazyLock<Arc<Mipmap>> = LazyLock::new(|| Arc::new(drawn()));
+    Arc::clone(&STUDIO)
+}
+
+fn drawn() -> Mipmap {
     let panels = PANELS.each_ref().map(|panel| (panel, panel.frame()));
     let texel = |i: u32| {
         let share = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);

@@ -2,6 +2,7 @@
 
 mod access;
 mod answer_sizes;
+mod assets;
 mod compare;
 mod contract;
 mod deliveries;
@@ -31,4 +32,5 @@ mod tenants;
 mod tiles;
 mod tradeoff;
 mod trees;
+mod turntables;
 mod variations;

@@ -9,12 +9,14 @@ use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final, 
 use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
 use crate::service::requests::jobs::WantedJob;
+use crate::service::scenes::cache::Form;
 use crate::service::scheduler::task::{Class, PRIORITY};
 use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
-use strahl::scene::Format;
-use strahl::sequence::Sequence;
+use strahl::film::FileFormat;
+use strahl::scene::{Format, Overrides};
+use strahl::sequence::{FRAMES, Sequence};
 
 /// Most labels of a job, and most characters of a label.
 const LABELS: [usize; 2] = [16, 64];
@@ -22,15 +24,15 @@ const LABELS: [usize; 2] = [16, 64];
 pub(super) fn routes() -> Vec<Route> {
     let about = "Submits a job: a render in the background, which survives a restart of the service.";
     let key = "A name for this submission: sent again with it, the same body gives the same job.";
-    let example = json!({
-        "scene": example_scene(), "settings": { "width": 64 }, "output": { "format": "webp" }, "priority": 60
-    });
     vec![
         Route::post("/v1/jobs", submit, ["submitJob", "jobs", about])
             .needs(Scope::Jobs)
             .header("Idempotency-Key", key)
             .header("Prefer", "`wait=20` waits up to 20 seconds for the job to end.")
-            .body(Body::json::<JobRequest<'_>>("The job").example(example))
+            .query(|query| query.settings(Format::Json))
+            .query(Query::output)
+            .query(file_parameters)
+            .body(job_body())
             .answer(202, "The job", &[Content::json::<JobView>()])
             .answer_header("Location", "The job's path."),
     ]
@@ -99,15 +101,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     let tenant = Tenant::of(&parts.extensions);
     let check = || {
         app.drain.accepts_work()?;
-        Query::of(&parts.uri)?.finish()?;
-        match body::declared_format(&parts.headers)? {
-            declared @ (None | Some(Format::Json)) => Ok(declared),
-            Some(_) => {
-                let detail =
-                    "a job is application/json; for NFF and models use POST /v1/render with Prefer: respond-async";
-                Err(Problem::new(Kind::UnsupportedMediaType, detail))
-            }
-        }
+        body::declared_format(&parts.headers)
     };
     let declared = match check() {
         Ok(declared) => declared,
@@ -117,12 +111,27 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         }
     };
     let text = body::read(&app, &parts.headers, body).await?;
-    body::check_content(declared, text.as_ref())?;
-    let claim = match claim(&app, &tenant, &parts.headers, text.as_ref()).await? {
+    let format = body::check_content(declared, text.as_ref())?;
+    let query = Query::of(&parts.uri)?;
+    let of_file = match format {
+        // A job says all of it in its body.
+        Format::Json => query.finish().map(|()| None)?,
+        _ => Some(of_file(query, format)?),
+    };
+    let said = parts.uri.query().filter(|_| of_file.is_some()).unwrap_or_default();
+    let claim = match claim(&app, &tenant, &parts.headers, &[said.as_bytes(), text.as_ref()].concat()).await? {
         Claimed::Before(job) => return Ok(accepted(&app, &job, true, Prefer::default()).await),
         Claimed::Now(claim) => claim,
     };
-    let wanted = wanted(&app, &tenant, text.as_ref())?;
+    let wanted = match of_file {
+        Some(settings) => {
+            let (scene, form, labels) = (text.as_ref().to_vec(), Form::Whole(format), Vec::new());
+            let wishes = wishes_of(&app, &tenant, None, None)?;
+            let FileSettings { overrides, output, frames, priority } = settings;
+            WantedJob { scene, form, frames, overrides, output, priority, labels, wishes }
+        }
+        None => wanted(&app, &tenant, text.as_ref())?,
+    };
     drop(text);
     let job = app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
@@ -130,6 +139,47 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         until_final(&app, &job, wait).await;
     }
     Ok(accepted(&app, &job, false, prefer).await)
+}
+
+/// What the query says of a job whose body is a model or NFF.
+struct FileSettings {
+    overrides: Overrides,
+    output: FileFormat,
+    frames: Option<Sequence>,
+    priority: u8,
+}
+
+fn of_file(mut query: Query, format: Format) -> Result<FileSettings, Problem> {
+    let mut overrides = query.settings(format);
+    let (turntable, priority) = file_parameters(&mut query);
+    let output = query.output();
+    let output = query.picture_format(output, &HeaderMap::new())?;
+    query.finish()?;
+    overrides.model.around = turntable.filter(|_| format.is_model()).map(|_| true);
+    let priority = priority.map_or(PRIORITY, |priority| priority as u8);
+    Ok(FileSettings { overrides, output, frames: turntable.map(Sequence::turntable), priority })
+}
+
+fn file_parameters(query: &mut Query) -> (Option<u32>, Option<u32>) {
+    let about = "Of a body that is no JSON: so many frames from all around.";
+    let turntable = query.count("turntable", about, FRAMES.max as u32);
+    (
+        turntable,
+        query.count_or_0(
+            "priority",
+            "Of a body that is no JSON: priority among the tenant's jobs, 50 by default.",
+            100,
+        ),
+    )
+}
+
+/// The body of a job, or a file whose settings are in the query.
+fn job_body() -> Body {
+    let example = json!({
+        "scene": example_scene(), "settings": { "width": 64 }, "output": { "format": "webp" }, "priority": 60
+    });
+    let about = "The job; or a model or NFF, with settings and output in the query";
+    Body::json::<JobRequest<'_>>(about).example(example).or_files()
 }
 
 fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Problem> {

@@ -4,6 +4,7 @@ use crate::service::error::Error;
 use crate::service::farm::work::{SCENE_BYTES, SceneSource};
 use crate::service::memory_budget::MemoryBudget;
 use crate::service::scenes::cache::{Form, Key, SceneCache, SentScene};
+use crate::service::scenes::files::AssetSource;
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scenes::store::SceneStore;
 use crate::service::scheduler::pool::Pool;
@@ -15,6 +16,7 @@ use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 use strahl::render::Control;
+use tokio::runtime::Handle;
 
 /// Scenes whose keys are remembered.
 const KEYS: u64 = 10_000;
@@ -49,7 +51,8 @@ pub(super) enum NoScene {
 impl NodeScenes {
     pub(super) fn new(store: Objects, memory: &MemoryBudget, cache_bytes: u64, pool: Arc<Pool>) -> Self {
         let no_store = SceneStore::Memory(LruCache::new(0));
-        let cache = SceneCache::new(cache_bytes, memory.clone(), None, no_store);
+        let assets = AssetSource::Store(store.clone(), Handle::current());
+        let cache = SceneCache::new(cache_bytes, memory.clone(), None, no_store).with_assets(assets);
         Self { store, cache, keys: LruCache::new(KEYS), current: Mutex::default(), pool }
     }
 
@@ -59,7 +62,7 @@ impl NodeScenes {
         let flight = self.flight(&name);
         // Who comes second waits for the first, and finds the scene.
         let mut current = flight.lock().await;
-        let cached = current.upgrade().or_else(|| self.cache.cached(&self.keys.get(&name)?));
+        let cached = current.upgrade().or_else(|| self.cache.cached(None, &self.keys.get(&name)?));
         let ready = match cached {
             Some(ready) => ready,
             None => self.build(&name, source, control).await?,

@@ -6,6 +6,7 @@
 use super::disk;
 use crate::service::error::StartError;
 use crate::service::tls;
+use futures_util::StreamExt;
 use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as Name;
@@ -216,6 +217,12 @@ impl Objects {
             Err(object_store::Error::NotFound { .. }) => Ok(false),
             found => Ok(found.map(|_| true)?),
         }
+    }
+
+    /// Whether there is any blob below a name.
+    pub(crate) async fn has_any(&self, folder: &str) -> Result<bool, ObjectError> {
+        let folder = self.name(folder)?;
+        Ok(self.store.list(Some(&folder)).next().await.transpose()?.is_some())
     }
 
     /// Deletes a blob, if there is one of that name.

@@ -35,15 +35,24 @@ class Settings(TypedDict, total=False):
     samples: int
     antialias: bool
     precision: Literal["single", "double"]
+    #: `scene`, `transparent`, or a color as `rrggbb`.
+    background: str
+    #: In stops.
+    exposure: float
+    tone: Literal["none", "khronos_pbr_neutral", "agx"]
+    #: `og`, in place of width and height.
+    size: Literal["og"]
+    #: Multiplies width and height.
+    dpr: float
     # Of models only.
-    animation: int
+    animation: int | str
     camera: int
     light: str
     scene: int
     strict: bool
     t: float
     up: str
-    variant: int
+    variant: int | str
     view: str
 
 

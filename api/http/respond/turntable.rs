@@ -1,0 +1,114 @@
+//! `POST /v1/render?turntable=36`: pictures from all around in one answer, as an animation or a contact sheet. It is a job of frames
+//! that is waited for, so what takes longer goes on as one.
+
+use super::job::{Claimed, accepted, claim, until_final, wishes_of};
+use super::sequence;
+use crate::http::extract::prefer::Prefer;
+use crate::http::extract::query::Query;
+use crate::http::extract::scene_request::{self, SceneRequest};
+use crate::http::problem::Problem;
+use crate::http::state::App;
+use crate::service::assets::sha256;
+use crate::service::jobs::record::State;
+use crate::service::requests::jobs::WantedJob;
+use crate::service::scenes::cache::Form;
+use crate::service::scheduler::task::{Class, PRIORITY};
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
+use axum::response::Response;
+use strahl::film::animation::AnimationFormat;
+use strahl::film::{FileFormat, PictureFormat};
+use strahl::sequence::Sequence;
+
+/// Frames of one answer: one for each degree.
+pub(crate) const FRAMES: u32 = 360;
+
+/// Whether a request asks for one.
+pub(crate) fn is_asked(uri: &Uri) -> bool {
+    let names = uri.query().unwrap_or_default().split('&').map(|pair| pair.split('=').next().unwrap_or_default());
+    names.into_iter().any(|name| name == "turntable")
+}
+
+/// What is asked of one: its frames, how many of a contact sheet are side by side, and the format of an animation.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    count: u32,
+    across: Option<u32>,
+    format: AnimationFormat,
+}
+
+/// Reads `turntable`, `sheet` and `format`.
+pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Problem> {
+    let (count, sheet) = parameters(query);
+    let count = count.unwrap_or(1);
+    let named = query.one_of("format", "Format of the animation.", &AnimationFormat::ALL.map(AnimationFormat::frames));
+    let named = AnimationFormat::ALL.into_iter().find(|format| Some(format.frames()) == named);
+    let format = match (named, sheet) {
+        (Some(format), _) => format,
+        (None, Some(_)) => AnimationFormat::Apng,
+        (None, None) => sequence::best_animation(headers, &AnimationFormat::ALL)?,
+    };
+    if let Some([columns, rows]) = sheet
+        && columns.saturating_mul(rows) < count
+    {
+        query.wrong("sheet", "out-of-range", format!("{columns}x{rows} has no room for {count} pictures"));
+    }
+    Ok(Asked { count, across: sheet.map(|[columns, _]| columns), format })
+}
+
+/// The parameters that only turntables have.
+pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>) {
+    let about = "So many pictures from all around, in one answer: an animated PNG or WebP, or a contact sheet.";
+    let count = query.count("turntable", about, FRAMES);
+    let about = "A contact sheet of a turntable instead, as COLUMNSxROWS.";
+    (count, query.sheet("sheet", about))
+}
+
+/// The animation or the sheet; or the job, if it is not done in time.
+pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Problem> {
+    let mut headers = request.headers().clone();
+    let query = request.uri().query().unwrap_or_default().to_owned();
+    let read = scene_request::read(&app, request, asked).await?;
+    let SceneRequest { form, mut overrides, extra: Asked { count, across, format }, tenant, method, body, .. } = read;
+    let is_model = matches!(form, Form::Whole(format) if format.is_model());
+    overrides.model.around = is_model.then_some(true);
+    let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
+    let whole = [b"turntable\n", query.as_bytes(), b"\n", base, body.as_ref()].concat();
+    // The same request again finds the job of the first.
+    let key = HeaderName::from_static("idempotency-key");
+    if !headers.contains_key(&key)
+        && let Ok(name) = HeaderValue::from_str(&format!("turntable-{}", sha256(&whole)))
+    {
+        headers.insert(key, name);
+    }
+    let claimed = claim(&app, &tenant, &headers, &whole).await?;
+    drop(whole);
+    let job = match claimed {
+        Claimed::Before(job) if !matches!(job.record().state, State::Failed | State::Canceled | State::Expired) => job,
+        claimed => {
+            let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
+            let output = if format.frames() == PictureFormat::Webp { FileFormat::WebP } else { FileFormat::Png8 };
+            let wanted = WantedJob {
+                scene: body.as_ref().to_vec(),
+                form,
+                frames: Some(Sequence::turntable(count)),
+                overrides,
+                output,
+                priority: PRIORITY,
+                labels: vec!["turntable".into()],
+                wishes: wishes_of(&app, &tenant, None, None)?,
+            };
+            drop(body);
+            app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
+        }
+    };
+    until_final(&app, &job, app.service.settings.answers.timeout).await;
+    let is_final = job.record().state.is_final();
+    if !is_final {
+        return Ok(accepted(&app, &job, false, Prefer::default()).await);
+    }
+    match across {
+        Some(across) => sequence::sheet(&app, &tenant, &job, Some(across)).await,
+        None => sequence::animation(&app, &tenant, (&method, &headers), &job, Some(format)).await,
+    }
+}

@@ -1,0 +1,190 @@
+//! `/v1/assets`: files that scenes name by their SHA-256, sent once.
+
+use crate::http::extract::body as request_body;
+use crate::http::prelude::*;
+use crate::http::respond::body;
+use crate::service::assets::Sent;
+use axum::Extension;
+use axum::http::Method;
+use data_encoding::{BASE64, HEXLOWER};
+use strahl::scene::assets::{SCHEME, is_hash};
+
+/// Hashes of one question.
+const ASKED: usize = 10_000;
+
+pub(super) fn routes() -> Vec<Route> {
+    let sent = [Content::json::<SentAsset>()];
+    let about_put = "Sends an asset: a model, or a picture, that scenes name as sha256: and these digits.\n\nThe body must have this \
+                     SHA-256. Whoever has not sent the bytes does not have the asset, whatever hash it knows.";
+    let about_post = "Sends an asset, and returns its SHA-256.";
+    let about_get = "The bytes of an asset that you have sent. HEAD says whether it is there.";
+    let about_missing = "Which of some assets you have yet to send.";
+    let about_remove = "Forgets an asset. Its bytes are deleted once every tenant that sent them has deleted them.\n\nScenes and \
+                        jobs that name it are refused then, or fail.";
+    let file = Content::file("application/octet-stream");
+    let digits = "64 hexadecimal digits, small letters.";
+    vec![
+        Route::put("/v1/assets/{sha256}", put, ["putAsset", "assets", about_put])
+            .needs(Scope::Render)
+            .path("sha256", digits)
+            .body(Body::file("The bytes, of whatever type"))
+            .answer(201, "It is yours now", &sent)
+            .answer(200, "You have sent it before", &sent),
+        Route::post("/v1/assets", post, ["addAsset", "assets", about_post])
+            .needs(Scope::Render)
+            .body(Body::file("The bytes, of whatever type"))
+            .answer(201, "It is yours now", &sent)
+            .answer(200, "You have sent it before", &sent)
+            .answer_header("Location", "The asset's path."),
+        Route::get("/v1/assets/{sha256}", get, ["asset", "assets", about_get])
+            .needs(Scope::Read)
+            .path("sha256", digits)
+            .answer(200, "The bytes", &[file])
+            .answer_header("ETag", "Its hash."),
+        Route::delete("/v1/assets/{sha256}", remove, ["removeAsset", "assets", about_remove])
+            .needs(Scope::Render)
+            .path("sha256", digits)
+            .answer(204, "It is forgotten", &[]),
+        Route::post("/v1/assets/missing", missing, ["missingAssets", "assets", about_missing])
+            .needs(Scope::Render)
+            .body(Body::json::<WantedAssets>("The hashes"))
+            .answer(200, "Those to send", &[Content::json::<MissingAssets>()]),
+    ]
+}
+
+/// An asset that was sent.
+#[derive(Debug, Serialize, JsonSchema)]
+struct SentAsset {
+    /// Its SHA-256 in hexadecimal digits.
+    sha256: String,
+    /// What scenes call it: `sha256:` and these digits.
+    asset: String,
+    /// How many bytes it has.
+    bytes: u64,
+}
+
+/// Assets that somebody needs.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct WantedAssets {
+    /// Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
+    #[schemars(length(max = 10_000))]
+    sha256: Vec<String>,
+}
+
+/// Assets that have to be sent.
+#[derive(Debug, Serialize, JsonSchema)]
+struct MissingAssets {
+    /// Their SHA-256 in hexadecimal digits.
+    missing: Vec<String>,
+}
+
+async fn put(state: State<App>, Path(hash): Path<String>, request: Request) -> Result<Response, Problem> {
+    send(state, Some(hash), request).await
+}
+
+async fn post(state: State<App>, request: Request) -> Result<Response, Problem> {
+    send(state, None, request).await
+}
+
+async fn send(State(app): State<App>, expected: Option<String>, request: Request) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    let check = || {
+        app.drain.accepts_work()?;
+        Query::of(&parts.uri)?.finish()?;
+        expected.as_deref().map(known_hash).transpose()
+    };
+    let expected = match check() {
+        Ok(expected) => expected,
+        Err(problem) => {
+            request_body::discard(&app, &parts.headers, body).await;
+            return Err(problem);
+        }
+    };
+    let bytes = request_body::read(&app, &parts.headers, body).await?;
+    let length = bytes.len() as u64;
+    let tenant = Tenant::of(&parts.extensions).name.clone();
+    let Sent { hash, is_new } = app.service.keep_asset(tenant, expected, bytes).await?;
+    let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
+    let location = [(header::LOCATION, format!("/v1/assets/{hash}"))];
+    let sent = SentAsset { asset: format!("{SCHEME}{hash}"), sha256: hash, bytes: length };
+    Ok((status, location, Json(sent)).into_response())
+}
+
+async fn get(
+    State(app): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    Path(hash): Path<String>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let hash = known_hash(&hash)?;
+    let digest = HEXLOWER.decode(hash.as_bytes()).unwrap_or_default();
+    let mut headers = HeaderMap::new();
+    let mut add = |name: header::HeaderName, value: String| {
+        HeaderValue::from_str(&value).map(|value| headers.insert(name, value))
+    };
+    // It is shown by no browser: what tenants send may be a page with a script.
+    let _ = add(header::CONTENT_TYPE, "application/octet-stream".into());
+    let _ = add(header::X_CONTENT_TYPE_OPTIONS, "nosniff".into());
+    let _ = add(header::ETAG, format!("\"{hash}\""));
+    let _ = add(header::CACHE_CONTROL, "private, max-age=31536000, immutable".into());
+    let _ = add(header::HeaderName::from_static("repr-digest"), format!("sha-256=:{}:", BASE64.encode(&digest)));
+    let absent = || not_yours(&hash);
+    if request.method() == Method::HEAD {
+        let size = app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
+        headers.insert(header::CONTENT_LENGTH, size.into());
+        return Ok(headers.into_response());
+    }
+    let bytes = app.service.asset(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
+    Ok((headers, body(bytes)).into_response())
+}
+
+async fn missing(
+    State(app): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let (parts, body) = request.into_parts();
+    request_body::declares_json(&parts.headers)?;
+    let text = request_body::read(&app, &parts.headers, body).await?;
+    let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
+    let WantedAssets { sha256 } = serde_json::from_slice(text.as_ref())
+        .map_err(|error| invalid(format!("the body is {{\"sha256\": [\"64 hexadecimal digits\", ...]}}: {error}")))?;
+    if sha256.len() > ASKED {
+        return Err(invalid(format!("at most {ASKED} hashes")));
+    }
+    let hashes = sha256.iter().map(|hash| {
+        let hash = hash.strip_prefix(SCHEME).unwrap_or(hash);
+        let wrong = || invalid(format!("{hash:?} is no SHA-256: write 64 hexadecimal digits, small letters"));
+        if is_hash(hash) { Ok(hash.to_owned()) } else { Err(wrong()) }
+    });
+    let hashes = hashes.collect::<Result<Vec<_>, _>>()?;
+    let missing = app.service.missing_assets(tenant.name.clone(), hashes).await?;
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(MissingAssets { missing })).into_response())
+}
+
+async fn remove(
+    State(app): State<App>,
+    Extension(tenant): Extension<Arc<Tenant>>,
+    Path(hash): Path<String>,
+) -> Result<StatusCode, Problem> {
+    let hash = known_hash(&hash)?;
+    if app.service.remove_asset(tenant.name.clone(), hash.clone()).await? {
+        Ok(StatusCode::NO_CONTENT)
+    } else {
+        Err(not_yours(&hash))
+    }
+}
+
+fn not_yours(hash: &str) -> Problem {
+    Problem::new(Kind::NotFound, format!("you have not sent the asset {hash}, or it is deleted: PUT /v1/assets/{hash}"))
+}
+
+/// The hash in a path.
+fn known_hash(text: &str) -> Result<String, Problem> {
+    if is_hash(text) {
+        return Ok(text.to_owned());
+    }
+    let detail = format!("{text:?} is no SHA-256: write 64 hexadecimal digits, small letters, as sha256sum does");
+    Err(Problem::new(Kind::NotFound, detail))
+}

@@ -1,0 +1,330 @@
+//! Assets: files that tenants have sent once, and that scenes name by their SHA-256: models and pictures.
+//!
+//! The bytes are kept once. They belong to the tenants that have sent them, each of which has a claim: for all others they are
+//! missing, since a hash is no permission. Each tenant's claims have a number of bytes together. The one needed longest ago goes
+//! first, but none that a kept scene or a job names. In a farm, where others may name them, none goes by itself.
+
+mod shelf;
+
+pub(crate) use shelf::{in_store, is_in_store, is_name};
+
+use crate::service::error::{Error, StartError};
+use crate::service::storage::objects::Objects;
+use lru::LruCache;
+use parking_lot::Mutex;
+use sha2::{Digest, Sha256};
+use shelf::Shelf;
+use std::collections::{HashMap, HashSet};
+use std::io;
+use std::path::Path;
+use strahl::scene::assets::is_hash;
+use tokio::runtime::Handle;
+
+/// The assets of all tenants.
+#[derive(Debug)]
+pub(crate) struct Assets {
+    shelf: Shelf,
+    /// Bytes of one tenant's.
+    most: u64,
+    /// Held by who changes what is on the shelf.
+    changes: Mutex<()>,
+    known: Mutex<Known>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    /// Bytes of each tenant's assets. Of a farm those that this process has had to do with.
+    claims: HashMap<String, LruCache<String, u64>>,
+    /// What kept scenes name, by their ids.
+    named: HashMap<String, Vec<String>>,
+}
+
+/// An asset that was sent.
+#[derive(Debug)]
+pub(crate) struct Sent {
+    /// Its SHA-256.
+    pub(crate) hash: String,
+    /// Whether the tenant has not had it.
+    pub(crate) is_new: bool,
+}
+
+/// The SHA-256 of bytes in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    data_encoding::HEXLOWER.encode(&Sha256::digest(bytes))
+}
+
+impl Assets {
+    /// Those in a folder, and whether they outlive a power cut.
+    pub(crate) fn open(path: &Path, most: u64, durable: bool) -> Result<Self, StartError> {
+        let wrong = |error: io::Error| StartError::Settings(format!("{}: {error}", path.display()));
+        let assets = Self::on(Shelf::folder(path, durable).map_err(wrong)?, most);
+        assets.learn();
+        Ok(assets)
+    }
+
+    /// Those in the store of a farm.
+    pub(crate) fn shared(objects: Objects, runtime: Handle, most: u64) -> Self {
+        Self::on(Shelf::Store(objects, runtime), most)
+    }
+
+    fn on(shelf: Shelf, most: u64) -> Self {
+        Self { shelf, most, changes: Mutex::default(), known: Mutex::default() }
+    }
+
+    /// Reads what there is: the claims, the oldest first, and what kept scenes name.
+    fn learn(&self) {
+        let Some(blobs) = self.shelf.listed() else { return };
+        let mut names = blobs.names();
+        names.sort_by_cached_key(|name| std::cmp::Reverse(blobs.age(name)));
+        let mut known = self.known.lock();
+        for name in names {
+            match name.split_once('.') {
+                Some((hash, tenant)) => {
+                    if let Some(bytes) = self.shelf.claimed(hash, tenant).filter(|_| blobs.has(hash)) {
+                        known.add(tenant, hash, bytes);
+                    } else {
+                        blobs.remove(&name);
+                    }
+                }
+                None if is_hash(&name) => {}
+                None => {
+                    let listed = blobs.head(&name).unwrap_or_default();
+                    let hashes = String::from_utf8_lossy(&listed).split_whitespace().map(str::to_owned).collect();
+                    known.named.insert(name, hashes);
+                }
+            }
+        }
+        let of_tenants: HashSet<&String> =
+            known.claims.values().flat_map(|claims| claims.iter().map(|(hash, _)| hash)).collect();
+        let is_left = |name: &String| is_hash(name) && !of_tenants.contains(name);
+        // A process ended before it wrote the claim.
+        blobs.names().iter().filter(|name| is_left(name)).for_each(|name| _ = blobs.remove(name));
+    }
+
+    /// Keeps bytes for a tenant. If there is no room, those that it needed longest ago go, but for what `named` names, and for
+    /// what scenes name of which `has_scene` says that they are kept.
+    pub(crate) fn keep(
+        &self,
+        tenant: &str,
+        hash: &str,
+        bytes: &[u8],
+        named: impl FnOnce() -> HashSet<String>,
+        has_scene: impl Fn(&str) -> bool,
+    ) -> Result<bool, Error> {
+        let _alone = self.changes.lock();
+        if self.owns(tenant, hash) {
+            return Ok(false);
+        }
+        self.make_room(tenant, bytes.len() as u64, named, has_scene)?;
+        let put = || {
+            if !self.shelf.has(hash) {
+                self.shelf.put(hash, bytes)?;
+            }
+            self.shelf.claim(hash, tenant, bytes.len() as u64)
+        };
+        put().map_err(|error: io::Error| {
+            tracing::error!(%error, "an asset cannot be kept");
+            Error::Internal("the asset cannot be kept; the service's log says why")
+        })?;
+        self.known.lock().add(tenant, hash, bytes.len() as u64);
+        Ok(true)
+    }
+
+    fn make_room(
+        &self,
+        tenant: &str,
+        bytes: u64,
+        named: impl FnOnce() -> HashSet<String>,
+        has_scene: impl Fn(&str) -> bool,
+    ) -> Result<(), Error> {
+        if bytes > self.most {
+            return Err(Error::TooLarge(
+                "the asset is larger than all assets of a tenant may be together (asset_bytes)",
+            ));
+        }
+        let full = Error::TooLarge(
+            "there is no room for the asset (asset_bytes): delete some with DELETE /v1/assets/{sha256}, or the scenes and jobs that \
+             name them",
+        );
+        let (mut left, oldest) = self.known.lock().of(tenant);
+        if left + bytes <= self.most {
+            return Ok(());
+        }
+        if self.shelf.listed().is_none() {
+            return Err(full);
+        }
+        let mut needed = named();
+        needed.extend(self.of_scenes(has_scene));
+        let mut going = Vec::new();
+        for (hash, size) in oldest.into_iter().filter(|(hash, _)| !needed.contains(hash)) {
+            if left + bytes <= self.most {
+                break;
+            }
+            left -= size;
+            going.push(hash);
+        }
+        if left + bytes > self.most {
+            return Err(full);
+        }
+        going.iter().for_each(|hash| _ = self.give_up(tenant, hash));
+        Ok(())
+    }
+
+    /// What kept scenes name. Those that are not kept any more are forgotten.
+    fn of_scenes(&self, has_scene: impl Fn(&str) -> bool) -> HashSet<String> {
+        let mut known = self.known.lock();
+        let gone: Vec<String> = known.named.keys().filter(|id| !has_scene(id)).cloned().collect();
+        for id in &gone {
+            known.named.remove(id);
+            self.shelf.listed().inspect(|blobs| _ = blobs.remove(id));
+        }
+        known.named.values().flatten().cloned().collect()
+    }
+
+    /// Notes what a scene names that is kept from now on.
+    pub(crate) fn note_scene(&self, id: &str, hashes: &[String]) {
+        if hashes.is_empty() || self.known.lock().named.contains_key(id) {
+            return;
+        }
+        let Some(blobs) = self.shelf.listed() else { return };
+        if let Err(error) = blobs.put(id, hashes.join("\n").as_bytes(), b"") {
+            tracing::warn!(id, %error, "it cannot be written down which assets a scene names");
+        }
+        self.known.lock().named.insert(id.to_owned(), hashes.to_vec());
+    }
+
+    /// Whether this process knows that a tenant has sent the bytes of a hash. It never waits. This counts as a use.
+    pub(crate) fn knows(&self, tenant: &str, hash: &str) -> bool {
+        self.known.lock().claims.get_mut(tenant).is_some_and(|claims| claims.get(hash).is_some())
+    }
+
+    /// Whether a tenant has sent the bytes of a hash. In a farm it may wait for the store. This counts as a use.
+    pub(crate) fn owns(&self, tenant: &str, hash: &str) -> bool {
+        if self.shelf.listed().is_some() {
+            return self.knows(tenant, hash);
+        }
+        // Another front may have heard of it, or taken it back.
+        let claimed = self.shelf.claimed(hash, tenant);
+        let mut known = self.known.lock();
+        match claimed {
+            Some(bytes) => known.add(tenant, hash, bytes),
+            None => known.remove(tenant, hash),
+        }
+        claimed.is_some()
+    }
+
+    /// Whether the bytes of a hash are there, whoever has sent them.
+    pub(crate) fn exists(&self, hash: &str) -> bool {
+        self.shelf.has(hash)
+    }
+
+    /// Bytes of an asset of a tenant.
+    pub(crate) fn size(&self, tenant: &str, hash: &str) -> Option<u64> {
+        self.owns(tenant, hash).then(|| self.known.lock().claims.get(tenant)?.peek(hash).copied()).flatten()
+    }
+
+    /// An asset of a tenant.
+    pub(crate) fn get(&self, tenant: &str, hash: &str) -> Option<Vec<u8>> {
+        self.read(Some(tenant), hash)
+    }
+
+    /// The same, or an asset of anybody.
+    pub(crate) fn read(&self, tenant: Option<&str>, hash: &str) -> Option<Vec<u8>> {
+        tenant.is_none_or(|tenant| self.owns(tenant, hash)).then(|| self.shelf.get(hash)).flatten()
+    }
+
+    /// Takes back a tenant's claim; false if it has none. With the last one the bytes go.
+    pub(crate) fn remove(&self, tenant: &str, hash: &str) -> Result<bool, Error> {
+        let _alone = self.changes.lock();
+        self.give_up(tenant, hash).map_err(|error| {
+            tracing::error!(%error, "an asset cannot be deleted");
+            Error::Internal("the asset cannot be deleted; the service's log says why")
+        })
+    }
+
+    fn give_up(&self, tenant: &str, hash: &str) -> io::Result<bool> {
+        let was = self.shelf.release(hash, tenant)?;
+        self.known.lock().remove(tenant, hash);
+        Ok(was)
+    }
+
+    /// Whether no tenant is known to have any.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.known.lock().claims.is_empty()
+    }
+
+    /// Bytes of a tenant's assets, and the most they may be.
+    pub(crate) fn bytes(&self, tenant: &str) -> [u64; 2] {
+        [self.known.lock().of(tenant).0, self.most]
+    }
+}
+
+impl Known {
+    fn add(&mut self, tenant: &str, hash: &str, bytes: u64) {
+        self.claims.entry(tenant.to_owned()).or_insert_with(LruCache::unbounded).put(hash.to_owned(), bytes);
+    }
+
+    fn remove(&mut self, tenant: &str, hash: &str) {
+        if let Some(claims) = self.claims.get_mut(tenant) {
+            claims.pop(hash);
+        }
+    }
+
+    /// Bytes of a tenant's assets, and all of them, the one needed longest ago first.
+    fn of(&self, tenant: &str) -> (u64, Vec<(String, u64)>) {
+        let claims = self.claims.get(tenant).into_iter().flatten();
+        let mut all: Vec<(String, u64)> = claims.map(|(hash, bytes)| (hash.clone(), *bytes)).collect();
+        all.reverse();
+        (all.iter().map(|(_, bytes)| bytes).sum(), all)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(assets: &Assets, tenant: &str, bytes: &[u8], named: &[&str]) -> Result<bool, Error> {
+        let named = named.iter().map(|hash| (*hash).to_owned()).collect();
+        assets.keep(tenant, &sha256(bytes), bytes, || named, |_| true)
+    }
+
+    #[test]
+    fn bytes_belong_to_who_has_sent_them_and_are_kept_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let assets = Assets::open(folder.path(), 100, false).unwrap();
+        let hash = sha256(b"duck");
+        assert!(kept(&assets, "one", b"duck", &[]).unwrap());
+        assert!(!kept(&assets, "one", b"duck", &[]).unwrap());
+        assert_eq!(assets.get("one", &hash).as_deref(), Some(&b"duck"[..]));
+        assert!(assets.get("two", &hash).is_none() && !assets.remove("two", &hash).unwrap());
+        assert!(kept(&assets, "two", b"duck", &[]).unwrap());
+        assert!(assets.remove("one", &hash).unwrap());
+        assert_eq!(assets.bytes("one"), [0, 100]);
+        // After a restart, too.
+        let assets = Assets::open(folder.path(), 100, false).unwrap();
+        assert_eq!([assets.size("one", &hash), assets.size("two", &hash)], [None, Some(4)]);
+        assert!(assets.remove("two", &hash).unwrap());
+        assert!(!assets.shelf.has(&hash));
+    }
+
+    #[test]
+    fn what_was_needed_longest_ago_goes_unless_it_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let assets = Assets::open(folder.path(), 10, false).unwrap();
+        let [a, b, c] = [b"aaaa", b"bbbb", b"cccc"];
+        kept(&assets, "one", a, &[]).unwrap();
+        kept(&assets, "one", b, &[]).unwrap();
+        assert!(assets.owns("one", &sha256(a)), "now b was needed longest ago");
+        kept(&assets, "one", c, &[]).unwrap();
+        assert_eq!([a, b, c].map(|bytes| assets.owns("one", &sha256(bytes))), [true, false, true]);
+        // A scene names a, a job c.
+        let id = format!("s_{}", "a".repeat(32));
+        assets.note_scene(&id, &[sha256(a)]);
+        assert!(matches!(kept(&assets, "one", b, &[&sha256(c)]), Err(Error::TooLarge(_))));
+        assert!(kept(&assets, "one", b, &[]).unwrap());
+        assert_eq!([a, b, c].map(|bytes| assets.owns("one", &sha256(bytes))), [true, true, false]);
+        // A scene that is kept no more names nothing.
+        assert!(assets.keep("one", &sha256(c), c, HashSet::new, |_| false).unwrap());
+        assert!(matches!(kept(&assets, "one", &[0; 11], &[]), Err(Error::TooLarge(_))));
+    }
+}

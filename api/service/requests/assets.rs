@@ -1,0 +1,74 @@
+//! Keeping and finding assets.
+
+use super::Service;
+use crate::service::assets::{Sent, sha256};
+use crate::service::error::Error;
+use crate::service::memory_budget::MeteredBytes;
+use std::sync::Arc;
+
+impl Service {
+    /// Keeps bytes for a tenant; if `expected` is given they have to have that SHA-256.
+    pub(crate) async fn keep_asset(
+        self: &Arc<Self>,
+        tenant: String,
+        expected: Option<String>,
+        bytes: MeteredBytes,
+    ) -> Result<Sent, Error> {
+        let service = Arc::clone(self);
+        let keep = move || {
+            let hash = sha256(bytes.as_ref());
+            if let Some(expected) = expected.filter(|expected| *expected != hash) {
+                return Err(Error::OtherBytes { expected, hash });
+            }
+            let named = || service.jobs.assets();
+            let has_scene = |id: &str| service.scenes.store.holds(id);
+            let is_new = service.assets.keep(&tenant, &hash, bytes.as_ref(), named, has_scene)?;
+            Ok(Sent { hash, is_new })
+        };
+        self.asset_work(keep).await
+    }
+
+    /// An asset of a tenant.
+    pub(crate) async fn asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<MeteredBytes>, Error> {
+        let service = Arc::clone(self);
+        let read = move || {
+            let Some(bytes) = service.assets.size(&tenant, &hash) else { return Ok(None) };
+            service.memory.read(bytes, || service.assets.get(&tenant, &hash))
+        };
+        self.asset_work(read).await
+    }
+
+    /// Bytes of an asset of a tenant.
+    pub(crate) async fn asset_size(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<u64>, Error> {
+        let service = Arc::clone(self);
+        self.asset_work(move || Ok(service.assets.size(&tenant, &hash))).await
+    }
+
+    /// Those of some hashes that a tenant has not sent.
+    pub(crate) async fn missing_assets(
+        self: &Arc<Self>,
+        tenant: String,
+        mut hashes: Vec<String>,
+    ) -> Result<Vec<String>, Error> {
+        let service = Arc::clone(self);
+        let look = move || {
+            hashes.retain(|hash| !service.assets.owns(&tenant, hash));
+            Ok(hashes)
+        };
+        self.asset_work(look).await
+    }
+
+    /// Takes back a tenant's claim on an asset; false if it has none.
+    pub(crate) async fn remove_asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<bool, Error> {
+        let service = Arc::clone(self);
+        self.asset_work(move || service.assets.remove(&tenant, &hash)).await
+    }
+
+    /// Work that may wait for the disk or for the store of a farm.
+    async fn asset_work<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+    ) -> Result<T, Error> {
+        tokio::task::spawn_blocking(work).await.map_err(|_| Error::Internal("the request failed"))?
+    }
+}

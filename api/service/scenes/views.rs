@@ -1,0 +1,101 @@
+//! Views of models: the first one is kept with its description, and each other view of the same file is a variation of it. Then
+//! nothing is read, decoded and built again.
+
+use super::cache::{Accepts, Built, Form, Key, SceneCache, SentScene};
+use super::prepared::PreparedScene;
+use super::room::Room;
+use crate::service::error::Error;
+use crate::service::memory_budget::Share;
+use crate::service::scheduler::pool::Workers;
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+use strahl::scene::model::ModelOptions;
+use strahl::scene::{Description, Loaded};
+
+/// Bytes of the longest model that is kept with its description, which takes as much memory again as the built scene.
+const KEPT: usize = 32 << 20;
+
+/// What views of a model have in common, and whether they have a floor.
+pub(super) type ModelKey = (Key, bool);
+
+impl SentScene<'_> {
+    /// A hash of all that views of a model have in common; none for what is no model.
+    pub(super) fn model_key(&self) -> Option<Key> {
+        let Form::Whole(format) = self.form else { return None };
+        let common = ModelOptions { view: None, camera: None, light: None, around: None, ..self.overrides.model };
+        let said = format!("{format:?} {common:?}\n");
+        let hash = || Sha256::new().chain_update(said).chain_update(self.digest).finalize().into();
+        (format.is_model() && self.text.len() <= KEPT).then(hash)
+    }
+}
+
+impl SceneCache {
+    /// A view of a model: of one that is kept, or of one that is read by `first`.
+    pub(super) fn view<T: Send>(
+        &self,
+        workers: &Workers,
+        sent: &SentScene<'_>,
+        key: Key,
+        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+        read: impl FnOnce(Built, Share) -> T + Send,
+        first: impl FnOnce(Accepts<'_>) -> Result<(Loaded, Share), Error>,
+    ) -> Result<T, Error> {
+        let mut accept = Some(accept);
+        let mut accept = |description: &Description| accept.take().map_or(Ok(()), |accept| accept(description));
+        let known = [true, false].map(|has_floor| self.models.get(&(key, has_floor)));
+        for base in known.into_iter().flatten() {
+            if let Some((loaded, share)) = self.seen_again(workers, sent, &base, &mut accept)? {
+                return made(workers, read, Built { loaded, original: Some(base) }, share);
+            }
+        }
+        let (loaded, share) = first(&mut accept)?;
+        if loaded.scene.from_files || loaded.views.is_none() {
+            return made(workers, read, Built { loaded, original: None }, share);
+        }
+        let has_floor = loaded.views.as_ref().is_some_and(|views| views.has_floor(&loaded.description));
+        let (parse_ms, plan_ms, bvh_ms) = (loaded.parse_ms, loaded.plan_ms, loaded.scene.bvh_ms);
+        let base = Arc::new(workers.work(|| PreparedScene::to_vary(loaded, None).with(share))?);
+        let again = self.seen_again(workers, sent, &base, &mut accept)?;
+        let (mut loaded, share) = again.ok_or(Error::Internal("a view of a model is not seen again"))?;
+        // What this request has spent is what reading the model took.
+        (loaded.parse_ms, loaded.plan_ms) = (parse_ms, plan_ms + loaded.plan_ms);
+        loaded.scene.bvh_ms += bvh_ms;
+        let bytes = base.bytes();
+        drop(self.models.put((key, has_floor), Arc::clone(&base), bytes));
+        made(workers, read, Built { loaded, original: Some(base) }, share)
+    }
+
+    /// A view as a variation of another one; none if only one of the two has a floor.
+    fn seen_again(
+        &self,
+        workers: &Workers,
+        sent: &SentScene<'_>,
+        base: &PreparedScene,
+        accept: Accepts<'_>,
+    ) -> Result<Option<(Loaded, Share)>, Error> {
+        let files = self.files(sent.owner(workers));
+        let room = Room::new(&files, self.memory.share(sent.text.len() as u64));
+        let again = || {
+            let lost = Error::Internal("a view of a model has no description");
+            let (original, views) = (base.original().ok_or(lost.clone())?, base.views.as_ref().ok_or(lost)?);
+            let accept = |description: &Description| {
+                accept(description)?;
+                room.take(original.building_bytes(description))
+            };
+            let loaded = views.again(original, &sent.overrides, &room, accept);
+            room.refusal()?;
+            loaded.map_err(Error::from)
+        };
+        let loaded = workers.work(again)??;
+        Ok(loaded.map(|loaded| (loaded, room.into_share())))
+    }
+}
+
+fn made<T: Send>(
+    workers: &Workers,
+    read: impl FnOnce(Built, Share) -> T + Send,
+    built: Built,
+    share: Share,
+) -> Result<T, Error> {
+    workers.work(|| read(built, share)).map_err(Error::from)
+}

@@ -1,0 +1,180 @@
+//! Models in scenes: each becomes a definition with its meshes, with materials of its own, and an instance of that. Models that
+//! say the same are one definition.
+
+use super::{ModelOptions, bodies, look, problems, read_upright};
+use crate::scene::Files;
+use crate::scene::assets;
+use crate::scene::description::{
+    Description, Instance, Material, ModelBodies, ModelPlace, Object, PlacedModel, ReadModels, Transform,
+};
+use crate::scene::named::Named;
+use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
+use crate::scene::recognise::model_format;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Models of one scene. Each is a file that is read.
+const MODELS: usize = 1_000;
+
+/// Reads the models of a scene that has any.
+pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn Files) -> Result<(), Problems> {
+    if !description.lacks_models() {
+        return Ok(());
+    }
+    let mut reader = Reader {
+        files,
+        prefix: free_prefix(description),
+        known: Vec::new(),
+        definitions: Named::default(),
+        materials: Named::default(),
+        places: HashMap::new(),
+        warnings: Vec::new(),
+        problems: Vec::new(),
+        from_files: false,
+    };
+    let objects = reader.list(&description.objects, "/objects");
+    let mut definitions = Named::default();
+    for (name, objects) in description.definitions.iter() {
+        definitions.insert(name.clone(), reader.list(objects, &push_token("/definitions", name)));
+    }
+    unless_cancelled()?;
+    if !reader.problems.is_empty() {
+        return Err(Problems(reader.problems));
+    }
+    let Reader { definitions: own, materials, places, warnings, from_files, .. } = reader;
+    definitions.extend(own);
+    let (objects, definitions) = (Arc::new(objects), Arc::new(definitions));
+    description.models = ReadModels::new(ModelBodies { objects, definitions, materials, places, warnings, from_files });
+    Ok(())
+}
+
+/// What no name of the scene begins with.
+fn free_prefix(description: &Description) -> String {
+    let names = || description.definitions.keys().chain(description.materials.keys());
+    let mut prefix = "model".to_owned();
+    while names().any(|name| name.starts_with(&prefix)) {
+        prefix.push('_');
+    }
+    prefix
+}
+
+struct Reader<'a> {
+    files: &'a dyn Files,
+    prefix: String,
+    /// What has been read, and the definition that it is.
+    known: Vec<(PlacedModel, String)>,
+    definitions: Named<Vec<Object>>,
+    materials: Named<Material>,
+    places: HashMap<String, ModelPlace>,
+    warnings: Vec<Problem>,
+    problems: Vec<Problem>,
+    from_files: bool,
+}
+
+impl Reader<'_> {
+    /// A list with instances in place of models.
+    fn list(&mut self, objects: &[Object], pointer: &str) -> Vec<Object> {
+        let one = |(index, object): (usize, &Object)| match object {
+            Object::Model(model) => self.instance(model, &format!("{pointer}/{index}/model")),
+            Object::Group(group) => {
+                let mut group = group.clone();
+                group.objects = self.list(&group.objects, &format!("{pointer}/{index}/group/objects"));
+                Object::Group(group)
+            }
+            other => other.clone(),
+        };
+        objects.iter().enumerate().map(one).collect()
+    }
+
+    fn instance(&mut self, model: &PlacedModel, pointer: &str) -> Object {
+        // Where it stands and what it is called does not change what it is.
+        let said = PlacedModel { transform: Transform::default(), motion: None, name: None, ..model.clone() };
+        let known = self.known.iter().find(|(known, _)| *known == said).map(|(_, name)| name.clone());
+        let of = known.unwrap_or_else(|| {
+            let name = format!("{} {}", self.prefix, self.known.len());
+            if self.problems.is_empty()
+                && let Err(Problems(mut problems)) = self.read(&said, &name, pointer)
+            {
+                self.problems.append(&mut problems);
+            }
+            self.known.push((said, name.clone()));
+            name
+        });
+        if let Some(object) = pointer.strip_suffix("model") {
+            let here = ModelPlace { meant: pointer.to_owned(), in_text: true };
+            self.places.insert(format!("{object}instance"), here);
+        }
+        let (transform, motion, name) = (model.transform, model.motion, model.name.clone());
+        Object::Instance(Box::new(Instance { of, transform, motion, name }))
+    }
+
+    /// Reads a model into a definition of that name.
+    fn read(&mut self, said: &PlacedModel, name: &str, pointer: &str) -> Result<(), Problems> {
+        unless_cancelled()?;
+        let asset = format!("{pointer}/asset");
+        if self.known.len() >= MODELS {
+            let detail = format!("a scene has at most {MODELS} models that differ");
+            return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
+        }
+        let by_hash = assets::hash_of(&said.asset);
+        self.from_files |= by_hash.is_none();
+        let bytes = self.files.read(&said.asset).map_err(|why| {
+            let detail = format!("{} {why}", quoted(&said.asset));
+            Problems::one(Problem::new(&asset, Code::UnknownReference, detail))
+        })?;
+        let format = model_format(&bytes, by_hash.is_none().then_some(said.asset.as_str())).ok_or_else(|| {
+            let detail = "the file is no model: glTF, OBJ, STL and PLY are read";
+            Problems::one(Problem::new(&asset, Code::OtherFormat, detail))
+        })?;
+        // A name inside of a file with a hash could mean anything.
+        let part = |part: &str| match by_hash {
+            Some(_) => {
+                Err("is another file: a model that a scene names by its hash is one file, such as .glb".to_owned())
+            }
+            None => self.files.read(part),
+        };
+        let options = ModelOptions {
+            scene: said.scene,
+            animation: said.animation,
+            t: said.t,
+            variant: said.variant,
+            up: said.up,
+            ..ModelOptions::NONE
+        };
+        let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
+        drop(bytes);
+        let mut warnings = std::mem::take(&mut model.warnings);
+        let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
+        let (mut materials, names) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
+        let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
+        for (of, material) in &said.materials {
+            let at = push_token(&format!("{pointer}/materials"), of);
+            let mut found = false;
+            for (own, _) in names.iter().zip(&named).filter(|(_, named)| named.as_deref() == Some(of)) {
+                materials.insert(own.clone(), material.clone());
+                self.places.insert(push_token("/materials", own), ModelPlace { meant: at.clone(), in_text: true });
+                found = true;
+            }
+            if !found {
+                let hint = did_you_mean(of, named.iter().flatten().map(String::as_str));
+                let detail = format!("the model has no material {}{hint}", quoted(of));
+                return Err(Problems::one(Problem::new(at, Code::UnknownReference, detail)));
+            }
+        }
+        for list in ["/definitions", "/materials"] {
+            self.places.insert(push_token(list, name), ModelPlace { meant: pointer.to_owned(), in_text: false });
+        }
+        let at = |warning| Problem { pointer: pointer.to_owned(), ..problems::of_warning(warning) };
+        self.warnings.extend(warnings.into_iter().map(at));
+        self.materials.extend(materials);
+        self.definitions.extend(definitions);
+        self.definitions.insert(name.to_owned(), objects);
+        Ok(())
+    }
+}
+
+/// The problems of a model as those of the scene that names it.
+fn inside(Problems(problems): Problems, pointer: &str) -> Problems {
+    let one = |problem: Problem| Problem::new(pointer, problem.code, format!("in the model: {problem}"));
+    Problems(problems.into_iter().map(one).collect())
+}

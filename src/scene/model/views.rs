@@ -1,0 +1,136 @@
+//! What views of a model differ in: camera, lights, floor and film. Its bodies and materials are the same in each, so a second
+//! view is a variation of the first.
+
+use super::framing::{self, Placed};
+use super::{ModelOptions, SIDE, lamps, look, problems, studio};
+use crate::film::ToneMapping;
+use crate::models::{Lamp, ModelCamera, Warning};
+use crate::scene::Overrides;
+use crate::scene::description::{
+    self as d, Camera, Description, Environment, FilmBackground, ImageSize, Light, Material, Object,
+};
+use crate::scene::named::Named;
+use crate::scene::problem::{Code, Problem, Problems};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// What is kept of a model beside its bodies and materials, so that it can be seen again.
+#[derive(Debug)]
+pub struct Views {
+    pub(super) name: Option<String>,
+    /// How many of the objects are the model's. The floor is no part of it.
+    pub(in crate::scene) bodies: usize,
+    /// The box around it.
+    pub(super) bounds: Option<(DVec3, DVec3)>,
+    pub(super) cameras: Vec<ModelCamera>,
+    pub(super) lamps: Vec<Lamp>,
+    /// Whether nothing of it is lit, so that its colors are shown as they are.
+    pub(super) is_unlit: bool,
+    /// What was said when it was read, and what of its materials scenes cannot say.
+    pub(super) warnings: [Vec<Warning>; 2],
+}
+
+/// A view.
+pub(in crate::scene) struct Seen {
+    camera: Camera,
+    image: ImageSize,
+    lights: Vec<Light>,
+    environment: Option<Environment>,
+    exposure: f64,
+    pub(in crate::scene) has_floor: bool,
+    warnings: Vec<Problem>,
+}
+
+impl Views {
+    /// A view of the model's bodies.
+    pub(in crate::scene) fn seen(
+        &self,
+        objects: &[Object],
+        definitions: &Named<Vec<Object>>,
+        overrides: &Overrides,
+    ) -> Result<Seen, Problems> {
+        let options = &overrides.model;
+        let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
+        let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
+        let camera = self.camera(&Placed::of(objects, definitions), options, aspect)?;
+        let [mut warnings, of_look] = self.warnings.clone();
+        let lit_by = lamps::lights(&self.lamps, options, &camera, &mut warnings);
+        warnings.extend(of_look);
+        // From below it would be between the camera and the model.
+        let is_above = camera.view().eye[1] > camera.view().look_at[1];
+        Ok(Seen {
+            camera,
+            image,
+            lights: lit_by.lights,
+            environment: lit_by.surroundings,
+            exposure: lit_by.exposure,
+            has_floor: self.bounds.is_some() && lit_by.is_studio && is_above,
+            warnings: warnings.into_iter().map(problems::of_warning).collect(),
+        })
+    }
+
+    /// The camera that is asked for, or one that sees all of the model.
+    fn camera(&self, model: &Placed<'_>, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
+        let middle = self.bounds.map_or(DVec3::ZERO, |(low, high)| (low + high) / 2.0);
+        let Some(index) = options.camera else {
+            let view = options.view.unwrap_or_default();
+            return Ok(match self.bounds.filter(|_| options.around == Some(true)) {
+                Some(bounds) => framing::framed_around(model, bounds, view, aspect),
+                None => framing::framed(model, middle, view, aspect),
+            });
+        };
+        match self.cameras.get(index as usize) {
+            Some(camera) => Ok(framing::of_file(camera, model, middle)),
+            None => {
+                let detail = format!(
+                    "there is no camera {index}: the file has {}, counted from 0; without camera= the whole model is seen",
+                    self.cameras.len()
+                );
+                Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))
+            }
+        }
+    }
+
+    /// The model in that view, with its materials.
+    pub(super) fn described(
+        &self,
+        seen: Seen,
+        definitions: Named<Vec<Object>>,
+        mut objects: Vec<Object>,
+        mut materials: Named<Material>,
+    ) -> (Description, Vec<Problem>) {
+        if let Some(bounds) = self.bounds.filter(|_| seen.has_floor) {
+            let name = look::free_name(&materials, "floor");
+            materials.insert(name.clone(), studio::catcher());
+            objects.push(studio::floor(bounds, name));
+        }
+        self.around(seen, Arc::new(definitions), Arc::new(objects), materials)
+    }
+
+    /// The same with objects and materials of another view.
+    pub(in crate::scene) fn around(
+        &self,
+        seen: Seen,
+        definitions: Arc<Named<Vec<Object>>>,
+        objects: Arc<Vec<Object>>,
+        materials: Named<Material>,
+    ) -> (Description, Vec<Problem>) {
+        let mut description = Description::new(seen.camera, Vec::new());
+        (description.definitions, description.objects, description.materials) = (definitions, objects, materials);
+        description.name.clone_from(&self.name);
+        description.image = seen.image;
+        description.environment = seen.environment;
+        // The surroundings are all the light there is from all around.
+        description.ambient = d::Color::BLACK;
+        description.lights = seen.lights;
+        let (exposure, tone) =
+            if self.is_unlit { (0.0, ToneMapping::None) } else { (seen.exposure, ToneMapping::KhronosPbrNeutral) };
+        description.film = d::Film { exposure, tone, background: FilmBackground::Transparent };
+        (description, seen.warnings)
+    }
+
+    /// Whether a view of the model has a floor.
+    pub fn has_floor(&self, view: &Description) -> bool {
+        view.objects.len() > self.bodies
+    }
+}

@@ -1,0 +1,36 @@
+//! Another view of a model: a variation of the first, with which it has bodies and materials in common.
+
+use super::compile::Original;
+use super::load::{Loaded, NotLoaded, Steps};
+use super::model::Views;
+use super::nff::NffOptions;
+use super::{Description, Files, Overrides};
+use std::sync::Arc;
+use std::time::Instant;
+
+impl Views {
+    /// Another view of a model, if `accept` wants it, in the hierarchies and with the pictures of `original`, which is one. None if
+    /// only one of the two has a floor: then the model has to be read again.
+    pub fn again<E>(
+        &self,
+        original: Original<'_>,
+        overrides: &Overrides,
+        files: &dyn Files,
+        accept: impl FnOnce(&Description) -> Result<(), E>,
+    ) -> Result<Option<Loaded>, NotLoaded<E>> {
+        let (start, own) = (Instant::now(), original.description);
+        let seen = self.seen(&own.objects[..self.bodies.min(own.objects.len())], &own.definitions, overrides)?;
+        if seen.has_floor != self.has_floor(own) {
+            return Ok(None);
+        }
+        let (definitions, objects) = (Arc::clone(&own.definitions), Arc::clone(&own.objects));
+        let (mut description, mut all) = self.around(seen, definitions, objects, own.materials.clone());
+        overrides.apply(&mut description);
+        let steps = Steps::read(start);
+        let (mut pictures, warnings) = steps.checked(&description, files, accept, Some(original))?;
+        pictures.from_files |= original.scene.from_files;
+        all.extend(warnings);
+        let scene = steps.build(&description, NffOptions::default(), pictures, all, Some(original))?;
+        Ok(Some(steps.loaded(description, scene, NffOptions::default(), Vec::new())))
+    }
+}

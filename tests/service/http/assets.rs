@@ -1,0 +1,278 @@
+//! Assets: sent once, named by their hash, and only for who has sent them. Models and pictures in scenes.
+
+use super::access::KeyFile;
+use crate::common::service::{Answer, Service};
+use data_encoding::{BASE64, HEXLOWER};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+fn file(name: &str) -> Vec<u8> {
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/models").join(name)).unwrap()
+}
+
+fn hash(bytes: &[u8]) -> String {
+    HEXLOWER.encode(&Sha256::digest(bytes))
+}
+
+fn put(service: &Service, bytes: &[u8]) -> Answer {
+    service.send("PUT", &format!("/v1/assets/{}", hash(bytes)), &[], bytes)
+}
+
+/// A scene around objects.
+fn scene(objects: &Value) -> String {
+    json!({
+        "version": 1,
+        "image": { "width": 48, "height": 32 },
+        "camera": { "pinhole": { "eye": [2, 2, 4], "look_at": [0, 0, 0] } },
+        "objects": objects,
+    })
+    .to_string()
+}
+
+fn model(bytes: &[u8]) -> Value {
+    json!({ "model": { "asset": format!("sha256:{}", hash(bytes)), "transform": { "rotate_deg": { "axis": [0, 1, 0], "angle": 20 } } } })
+}
+
+fn render(service: &Service, text: &str) -> Answer {
+    service.post_json("/v1/render?format=png", text)
+}
+
+#[test]
+fn assets_are_sent_found_and_deleted() {
+    let service = Service::start(&[]);
+    let cube = file("Box.glb");
+    let (own, path) = (hash(&cube), format!("/v1/assets/{}", hash(&cube)));
+    let missing = |hashes: &[&str]| {
+        service.post_json("/v1/assets/missing", &json!({ "sha256": hashes }).to_string()).json()["missing"].clone()
+    };
+    let other = "0".repeat(64);
+    assert_eq!(missing(&[&format!("sha256:{own}"), &other]), json!([own, other]));
+    service.get(&path).problem(404, "not-found");
+    service.send("PUT", &format!("/v1/assets/{other}"), &[], &cube).problem(422, "asset-mismatch");
+    service.send("PUT", "/v1/assets/abc", &[], &cube).problem(404, "not-found");
+
+    let sent = put(&service, &cube);
+    assert_eq!((sent.status, sent.header("location")), (201, path.as_str()));
+    assert_eq!(sent.json(), json!({ "sha256": own, "asset": format!("sha256:{own}"), "bytes": cube.len() }));
+    assert_eq!([put(&service, &cube).status, service.send("POST", "/v1/assets", &[], &cube).status], [200, 200]);
+    assert_eq!(missing(&[&own, &other]), json!([other]));
+    let found = service.get(&path);
+    assert!(found.body == cube);
+    assert_eq!(found.header("etag"), format!("\"{own}\""));
+    assert_eq!(found.header("x-content-type-options"), "nosniff");
+    let head = service.send("HEAD", &path, &[], b"");
+    assert_eq!((head.status, head.header("content-length")), (200, cube.len().to_string().as_str()));
+    assert_eq!(service.get("/v1/me").json()["asset_bytes"], cube.len());
+
+    assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
+    service.send("DELETE", &path, &[], b"").problem(404, "not-found");
+    service.get(&path).problem(404, "not-found");
+    service.post_json("/v1/assets/missing", r#"{"sha256": ["abc"]}"#).problem(422, "invalid-request");
+}
+
+#[test]
+fn scenes_with_models_are_scenes_like_all_others() {
+    let service = Service::start(&[]);
+    let cube = file("Box.glb");
+    let text = scene(&json!([model(&cube), { "sphere": { "center": [1.2, 0, 0], "radius": 0.3 } }]));
+    let lacking = render(&service, &text).problem(422, "assets-missing");
+    assert_eq!(lacking["missing"], json!([hash(&cube)]));
+    assert_eq!(lacking["errors"][0]["pointer"], "#/objects/0/model/asset");
+    assert_eq!(lacking["errors"][0]["line"], 1);
+
+    put(&service, &cube);
+    let picture = render(&service, &text);
+    assert_eq!(picture.status, 200, "{}", picture.text());
+    let etag = picture.header("etag").to_owned();
+    let again = service.send(
+        "QUERY",
+        "/v1/render?format=png",
+        &[("Content-Type", "application/json"), ("If-None-Match", &etag)],
+        text.as_bytes(),
+    );
+    assert_eq!(again.status, 304);
+
+    let known = service.post_json("/v1/scenes", &text).json();
+    let image = known["links"]["image"].as_str().expect("its picture has an id");
+    assert!(service.get(image).body == picture.body);
+    let kept = service.get(known["links"]["self"].as_str().unwrap()).text();
+    assert!(kept.contains(&hash(&cube)) && !kept.contains("faces"), "it says the hash and no mesh: {kept}");
+    let tile = format!("/iiif/3/{}/0,0,16,16/max/0/default.png", known["image_id"].as_str().unwrap());
+    assert_eq!(service.get(&tile).status, 200);
+    // From elsewhere, and the model as another color.
+    let patch = json!({ "base": known["scene_id"], "patch": { "camera": { "pinhole": { "eye": [-2, 1, 4] } } } });
+    let moved = render(&service, &patch.to_string());
+    let whole = render(&service, &text.replace("[2,2,4]", "[-2,1,4]"));
+    assert!(moved.status == 200 && moved.body == whole.body && moved.body != picture.body);
+
+    // What a ray hits has a pointer into the text.
+    let rays = json!({ "scene": serde_json::from_str::<Value>(&text).unwrap(),
+        "rays": [{ "origin": [0, 0, 5], "direction": [0, 0, -1] }] });
+    let hit = service.post_json("/v1/rays", &rays.to_string()).text();
+    assert!(hit.contains(r#""/objects/0/model""#), "{hit}");
+}
+
+#[test]
+fn a_model_in_a_scene_looks_as_its_own_meshes_do() {
+    let service = Service::start(&[]);
+    let cube = file("Box.glb");
+    put(&service, &cube);
+    let placed = service.post_json(
+        "/v1/render?format=pfm",
+        &scene(&json!([{ "model": { "asset": format!("sha256:{}", hash(&cube)) } }])),
+    );
+    let quad = |vertices: Value| json!({ "quad": { "vertices": vertices, "material": "m" } });
+    let (l, h) = (-0.5, 0.5);
+    let mut same: Value = serde_json::from_str(&scene(&json!([
+        quad(json!([[l, l, h], [h, l, h], [h, h, h], [l, h, h]])),
+        quad(json!([[h, l, h], [h, l, l], [h, h, l], [h, h, h]])),
+        quad(json!([[l, h, h], [h, h, h], [h, h, l], [l, h, l]])),
+        quad(json!([[l, l, l], [l, l, h], [l, h, h], [l, h, l]])),
+        quad(json!([[l, l, l], [h, l, l], [h, l, h], [l, l, h]])),
+        quad(json!([[h, l, l], [l, l, l], [l, h, l], [h, h, l]])),
+    ])))
+    .unwrap();
+    same["materials"] = json!({ "m": { "pbr": { "base_color": [0.8, 0, 0], "metallic": 0, "roughness": 1 } } });
+    let same = service.post_json("/v1/render?format=pfm", &same.to_string());
+    assert_eq!([placed.status, same.status], [200, 200], "{} {}", placed.text(), same.text());
+    let values = |answer: &Answer| -> Vec<f32> {
+        let start = answer.body.len() - 48 * 32 * 12;
+        answer.body[start..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+    };
+    let (placed, same) = (values(&placed), values(&same));
+    let off = placed.iter().zip(&same).filter(|(a, b)| (*a - *b).abs() > 0.01).count();
+    assert!(off < placed.len() / 100, "{off} of {} values differ", placed.len());
+    assert!(placed.iter().any(|value| *value > 0.1));
+}
+
+#[test]
+fn what_is_wrong_with_a_model_in_a_scene_is_said_with_its_place() {
+    let service = Service::start(&[]);
+    let (broken, cube) = (file("assimp_IndexOutOfRange.glb"), file("Box.glb"));
+    put(&service, &broken);
+    put(&service, &cube);
+    let of =
+        |object: Value| render(&service, &scene(&json!([object]))).problem(422, "invalid-scene")["errors"][0].clone();
+    let inside = of(model(&broken));
+    assert_eq!(inside["pointer"], "#/objects/0/model/asset");
+    assert!(inside["detail"].as_str().unwrap().contains("/meshes/0/primitives/0/indices: element 0"), "{inside}");
+    let with = |key: &str, value: Value| {
+        let mut object = model(&cube);
+        object["model"][key] = value;
+        of(object)
+    };
+    assert_eq!(with("materials", json!({ "Blue": { "diffuse": 1 } }))["pointer"], "#/objects/0/model/materials/Blue");
+    let wrong = with("materials", json!({ "Red": { "phong": 2 , "diffuse": [2, 0, 0]} }));
+    assert_eq!(wrong["pointer"], "#/objects/0/model/materials/Red/phong");
+    let wrong = with("materials", json!({ "Red": { "diffuse": [1e40, 0, 0] } }));
+    assert_eq!(wrong["pointer"], "#/objects/0/model/materials/Red/diffuse/0");
+    assert!(with("animation", json!("Run"))["detail"].as_str().unwrap().contains("no animation Run"));
+    assert_eq!(with("scene", json!(7))["pointer"], "#/objects/0/model/asset");
+    let named = of(json!({ "model": { "asset": "duck.glb" } }));
+    assert!(named["detail"].as_str().unwrap().contains("cannot be read"), "{named}");
+    assert!(of(json!({ "model": { "asset": "sha256:abc" } }))["detail"].as_str().unwrap().contains("64 hexadecimal"));
+}
+
+#[test]
+fn pictures_are_named_by_their_hash() {
+    let service = Service::start(&[]);
+    // A PNG of one red pixel.
+    let red = BASE64
+        .decode(b"iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==")
+        .unwrap();
+    let with = |source: &str| {
+        json!({
+            "version": 1,
+            "image": { "width": 24, "height": 16 },
+            "camera": { "pinhole": { "eye": [0, 0, 4], "look_at": [0, 0, 0] } },
+            "materials": { "m": { "diffuse": { "image": { "source": source, "mapping": { "spherical": {} } } } } },
+            "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "m" } }],
+        })
+        .to_string()
+    };
+    let by_hash = with(&format!("sha256:{}", hash(&red)));
+    let lacking = render(&service, &by_hash).problem(422, "assets-missing");
+    assert_eq!(lacking["errors"][0]["pointer"], "#/materials/m/diffuse/image/source");
+    put(&service, &red);
+    let inside = with(&format!("data:image/png;base64,{}", BASE64.encode(&red)));
+    let (by_hash, inside) = (render(&service, &by_hash), render(&service, &inside));
+    assert_eq!([by_hash.status, inside.status], [200, 200], "{} {}", by_hash.text(), inside.text());
+    assert!(by_hash.body == inside.body && by_hash.header("etag") != inside.header("etag"));
+}
+
+#[test]
+fn a_hash_is_no_permission() {
+    let keys = KeyFile::new("assets", "");
+    let [acme, bolt] = ["acme", "bolt"].map(|tenant| keys.key(tenant, "render,read,jobs"));
+    let service = keys.serve(&["--asset-bytes", "3000"]);
+    let cube = file("Box.glb");
+    let path = format!("/v1/assets/{}", hash(&cube));
+    let send = |key: &str, method: &str, path: &str, body: &[u8]| {
+        service.send(method, path, &[("Authorization", key), ("Content-Type", "application/json")], body)
+    };
+    assert_eq!(send(&acme, "PUT", &path, &cube).status, 201);
+    let text = scene(&json!([model(&cube)]));
+    assert_eq!(send(&acme, "POST", "/v1/render", text.as_bytes()).status, 200);
+    // Its scene and its picture are in the caches by now.
+    for method in ["GET", "DELETE"] {
+        send(&bolt, method, &path, b"").problem(404, "not-found");
+    }
+    for path in ["/v1/render", "/v1/scenes", "/v1/explain", "/v1/render/tile?x=0&y=0&w=8&h=8"] {
+        send(&bolt, "POST", path, text.as_bytes()).problem(422, "assets-missing");
+    }
+    assert_eq!(send(&bolt, "PUT", &path, &cube).status, 201, "it has to send the bytes itself");
+    assert_eq!(send(&bolt, "POST", "/v1/render", text.as_bytes()).status, 200);
+    assert_eq!(send(&acme, "DELETE", &path, b"").status, 204);
+    send(&acme, "POST", "/v1/render", text.as_bytes()).problem(422, "assets-missing");
+    assert_eq!(send(&bolt, "GET", &path, b"").status, 200);
+    // What a kept scene names stays, whatever comes after it.
+    assert_eq!(send(&bolt, "POST", "/v1/scenes", text.as_bytes()).status, 201);
+    let [first, second] = [[1_u8; 900], [2_u8; 900]];
+    assert_eq!(send(&bolt, "POST", "/v1/assets", &first).status, 201);
+    assert_eq!(send(&bolt, "POST", "/v1/assets", &second).status, 201);
+    assert_eq!(send(&bolt, "GET", &path, b"").status, 200);
+    send(&bolt, "GET", &format!("/v1/assets/{}", hash(&first)), b"").problem(404, "not-found");
+    send(&bolt, "POST", "/v1/assets", &[3; 3001]).problem(413, "too-large");
+}
+
+#[test]
+fn assets_and_jobs_that_name_them_outlive_the_service() {
+    let folder = tempfile::tempdir().unwrap();
+    let flags = ["--data", folder.path().to_str().unwrap()];
+    let service = Service::start(&flags);
+    let cube = file("Box.glb");
+    put(&service, &cube);
+    let job = json!({ "scene": serde_json::from_str::<Value>(&scene(&json!([model(&cube)]))).unwrap(), "output": { "format": "png" } });
+    let headers = [("Content-Type", "application/json"), ("Prefer", "wait=20")];
+    let done = service.send("POST", "/v1/jobs", &headers, job.to_string().as_bytes()).json();
+    assert_eq!(done["state"], "succeeded", "{done}");
+    let image = format!("/v1/jobs/{}/image", done["id"].as_str().unwrap());
+    let picture = service.get(&image).body;
+    drop(service);
+    let service = Service::start(&flags);
+    assert!(service.get(&image).body == picture);
+    assert!(service.get(&format!("/v1/assets/{}", hash(&cube))).body == cube);
+}
+
+#[test]
+fn another_view_of_a_model_is_the_same_bytes_as_a_first_one() {
+    let [one, other] = [Service::start(&[]), Service::start(&[])];
+    for name in ["Box.glb", "RiggedFigure.glb", "LightsPoint.glb", "own_instances_1000.glb"] {
+        let bytes = file(name);
+        let view = |service: &Service, query: &str| {
+            let path = format!("/v1/render?width=64&height=48&format=png&{query}");
+            let answer = service.send("POST", &path, &[("Content-Type", "model/gltf-binary")], &bytes);
+            assert_eq!(answer.status, 200, "{name} {query}: {}", answer.text());
+            let said =
+                ["etag", "render-warnings", "render-plan", "render-error"].map(|name| answer.header(name).to_owned());
+            (answer.body, said)
+        };
+        view(&one, "view=front");
+        for query in
+            ["view=back", "view=top&samples=2", "view=30,120", "light=studio&view=iso", "precision=double&view=left"]
+        {
+            assert!(view(&one, query) == view(&other, query), "{name} {query}");
+        }
+    }
+}
