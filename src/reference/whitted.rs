@@ -145,8 +145,9 @@ fn transmitted(path: &Path, vertex: &Vertex<'_>) -> Option<(DVec3, Media)> {
     let (n1, n2, media) = path.media.pass(&vertex.hit, inner_ior);
     // A shading normal that faces away from the ray has no angle of incidence.
     let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
-    let dir = optics::refract(d, n, n1 / n2)?;
-    let dir = if dir.dot(vertex.ng) < 0.0 { dir } else { optics::refract(d, vertex.ng, n1 / n2)? };
+    // Of one that keeps the ray on its side the geometric normal decides, also about total reflection.
+    let smooth = optics::refract(d, n, n1 / n2).filter(|dir| dir.dot(vertex.ng) < 0.0);
+    let dir = smooth.or_else(|| optics::refract(d, vertex.ng, n1 / n2))?;
     Some((dir, media))
 }
 

@@ -2,7 +2,7 @@
 
 use super::check::{check, settings_are_sound, warnings};
 use super::compile::{CompileOptions, Original, build_from, checked};
-use super::description::{Accuracy, Camera, Description, PinholeCamera, Precision};
+use super::description::{Accuracy, Camera, Description, Fidelity, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::model::{self, ModelOptions};
@@ -70,6 +70,9 @@ pub struct Overrides {
     pub samples: Option<u32>,
     /// Whether uneven pixels get more samples.
     pub antialias: Option<bool>,
+    /// How light gets from everywhere to surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
     /// Floating-point format.
     pub precision: Option<Precision>,
     /// Eye and target of a pinhole camera in place of the scene's.
@@ -315,6 +318,7 @@ impl Overrides {
             accuracy: self.accuracy.or(other.accuracy),
             samples: self.samples.or(other.samples),
             antialias: self.antialias.or(other.antialias),
+            fidelity: self.fidelity.or(other.fidelity),
             precision: self.precision.or(other.precision),
             seen_from: self.seen_from.or(other.seen_from),
             nff: other.nff,
@@ -344,6 +348,7 @@ impl Overrides {
         render.accuracy = self.accuracy.or(render.accuracy);
         render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
+        render.fidelity = self.fidelity.unwrap_or(render.fidelity);
         render.precision = self.precision.unwrap_or(render.precision);
     }
 

@@ -10,7 +10,7 @@ use crate::control::{self, Cancelled};
 use crate::math;
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb32FImage};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
@@ -46,6 +46,8 @@ impl Files for NoFiles {
 pub(super) enum Meaning {
     /// sRGB.
     Color,
+    /// Radiance: sRGB, or the numbers of a picture of high dynamic range.
+    Radiance,
     /// Heights from 0 to 1, all channels alike.
     Height,
     /// Coordinates from -1 to 1.
@@ -111,7 +113,7 @@ impl<'a> Pictures<'a> {
 fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     let mut wanted = Vec::new();
     if let Some(image) = description.environment.as_ref().and_then(|environment| environment.image.as_ref()) {
-        wanted.push((image.as_str(), Meaning::Color, "/environment/image".to_owned()));
+        wanted.push((image.as_str(), Meaning::Radiance, "/environment/image".to_owned()));
     }
     for (name, material) in description.materials.iter() {
         let at = |rest: &str| push_token("/materials", name) + rest;
@@ -197,8 +199,13 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
     let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
         .with_guessed_format()
         .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-        return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into()));
+    match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg) => {}
+        Some(ImageFormat::Hdr | ImageFormat::OpenExr) if meaning == Meaning::Radiance => {}
+        _ if meaning == Meaning::Radiance => {
+            return Err((Code::Unsupported, "the picture is neither PNG, JPEG, Radiance HDR nor OpenEXR".into()));
+        }
+        _ => return Err((Code::Unsupported, "the picture is neither PNG nor JPEG".into())),
     }
     let mut limits = Limits::default();
     // At most four channels of 16 bits, and as much for the decoder.
@@ -223,6 +230,9 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
     // Also those of a picture that turns out to be broken, since they take as long.
     *left -= pixels;
     let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    if matches!(image.color(), ColorType::Rgb32F | ColorType::Rgba32F) {
+        return radiance(&image.into_rgb32f());
+    }
     let wide = image.color().bytes_per_pixel() / image.color().channel_count() > 1;
     let most = if wide { u16::MAX } else { u8::MAX.into() };
     // A table of all values takes milliseconds for 16 bits, longer than a small picture.
@@ -242,6 +252,25 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
     };
     unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
     Ok(Mipmap::new(width, height, texels))
+}
+
+/// A picture of high dynamic range. Its numbers below 0, which some programs write for colours that no screen has, are 0.
+fn radiance(image: &Rgb32FImage) -> Result<Mipmap, Failure> {
+    let (width, height) = image.dimensions();
+    if let Some((x, y, _)) = image.enumerate_pixels().find(|(_, _, pixel)| pixel.0.iter().any(|c| !is_radiance(*c))) {
+        let detail = format!("the picture has a pixel at {x}, {y} that is no light: not a number up to {BRIGHTEST:e}");
+        return Err((Code::OutOfRange, detail));
+    }
+    let texels = image.pixels().map_while(|pixel| unless_stopping(pixel.0.map(|channel| channel.max(0.0)))).collect();
+    unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
+    Ok(Mipmap::new(width, height, texels))
+}
+
+/// The brightest pixel that a picture may have; the sun has 10^9 candela per square metre.
+const BRIGHTEST: f32 = 1e9;
+
+fn is_radiance(channel: f32) -> bool {
+    channel.is_finite() && channel <= BRIGHTEST
 }
 
 /// Bytes that cannot be read any more once the work is cancelled, so that decoders stop.
@@ -275,7 +304,7 @@ impl Seek for Interruptible<'_> {
 fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
     let (code, middle, most) = (f64::from(code), f64::from(most / 2), f64::from(most));
     let value = match meaning {
-        Meaning::Color => math::srgb_to_linear(code / most),
+        Meaning::Color | Meaning::Radiance => math::srgb_to_linear(code / most),
         Meaning::Height | Meaning::Data | Meaning::Alpha => code / most,
         // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
         Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),

@@ -11,7 +11,7 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
-use crate::shading::lobes::Lobes;
+use crate::shading::lobes::{Lobes, likely};
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
@@ -100,7 +100,16 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     } else {
         zero
     };
-    let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    let mut crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    let sheets = if lobes.is_some() { rough & clear & !hits.closed } else { 0 };
+    if sheets != 0
+        && let Some(crossing) = &mut crossing
+    {
+        // Facets of a thin sheet spread what passes as they spread what they reflect (glTF, KHR_materials_transmission).
+        let out = reflect(s, rays.dir, ns);
+        let through = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
+        crossing.dir = V3::select(L::mask(s, sheets), through, crossing.dir);
+    }
     let mut tinted = 0;
     if by_angle {
         ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, lobes, crossing.as_ref(), clear);
@@ -113,7 +122,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
-    let mut through = [zero; 2];
+    let mut through = [zero; 3];
     let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
     if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
@@ -149,7 +158,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         if V::DETAILS {
             let Refraction { cos_incident, cos_transmitted, .. } = crossing.refraction;
             let eta = crossing.n1 / crossing.n2;
-            through = tracer.cones.transmitted(curvature, eta, eta * cos_incident - cos_transmitted, unseen);
+            through = tracer.cones.transmitted(s, curvature, eta, eta * cos_incident - cos_transmitted, unseen);
         }
         let behind = hits.surface.leave(-hits.ng);
         transmitted = Some(RayPacket {
@@ -188,6 +197,12 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         if V::DETAILS {
             tracer.cones.next = tracer.cones.mirrored(s, curvature);
+            if rough != 0
+                && let Some(lobes) = lobes
+            {
+                let density = likely(s, hits.ns, dir, -rays.dir, coefficients.alpha);
+                tracer.cones.chosen(L::select(L::mask(s, rough & lobes.lanes), density, zero));
+            }
         }
         tracer.push(RayPacket {
             origin: hits.surface.leave(hits.ng),
@@ -288,15 +303,18 @@ fn cross<L: Lanes, O: Observer<L>, V: Variant>(
     let bent = hits.smooth | if V::DETAILS { tracer.cones.tilted } else { 0 };
     if bent != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides. Facets of
-        // rough surfaces beside may do so, too, and stay.
-        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total | !L::mask(s, bent);
+        // rough surfaces beside may do so, too, and stay. Total reflection is as well for the geometric normal to say: normals
+        // that lean around a sharp rim would shut light into a wall that it passes. Bumps are meant to lean.
+        let tilted = L::mask(s, bent & !hits.smooth);
+        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) & !refraction.total;
+        let below = below | (refraction.total & tilted) | !L::mask(s, bent);
         let flat = refract(s, rays.dir, hits.ng, eta);
         refraction = Refraction {
             dir: V3::select(below, refraction.dir, flat.dir),
             sin_incident: L::select(below, refraction.sin_incident, flat.sin_incident),
             cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
             cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
-            total: refraction.total | (!below & flat.total),
+            total: (below & refraction.total) | (!below & flat.total),
         };
     }
     // Through equal media the direction is the same to the last bit.

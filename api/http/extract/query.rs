@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::render::Layers;
-use strahl::scene::description::{Accuracy, Precision};
+use strahl::scene::description::{Accuracy, Fidelity, Precision};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::model::{ModelOptions, View};
 use strahl::scene::nff::NffOptions;
@@ -318,6 +318,7 @@ impl Query {
             ),
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
+            fidelity: self.word::<Fidelity>("fidelity", "How light gets from everywhere to surfaces."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
             seen_from: None,
             nff: NffOptions { two_sided: two_sided.unwrap_or(false), ..NffOptions::default() },

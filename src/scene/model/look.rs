@@ -3,15 +3,20 @@
 use super::bodies::shortened;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
-use crate::scene::description::{self as d, AlphaMode, Color, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::description::{self as d, AlphaMode, Color, Fidelity, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::named::Named;
+use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;
 use glam::DVec3;
 use std::collections::HashSet;
 use std::f64::consts::PI;
 
 /// Materials by name, and the name of each of the model's. The last is that of what has none.
-pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Named<Material>, Vec<String>) {
+pub(super) fn materials(
+    model: &mut Model,
+    fidelity: Fidelity,
+    warnings: &mut Vec<Warning>,
+) -> (Named<Material>, Vec<String>) {
     let open = open_volumes(model, warnings);
     let sources: Vec<String> = std::mem::take(&mut model.pictures).iter().map(source).collect();
     let has_default = model.placements.iter().any(|placement| placement.material.is_none());
@@ -24,7 +29,7 @@ pub(super) fn materials(model: &mut Model, warnings: &mut Vec<Warning>) -> (Name
         named.insert(name.clone(), Material { pbr, ..Material::default() });
         names.push(name);
     }
-    note(model, warnings);
+    note(model, fidelity, warnings);
     (named, names)
 }
 
@@ -156,7 +161,7 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 }
 
 /// Notes what scenes cannot say.
-fn note(model: &Model, warnings: &mut Vec<Warning>) {
+fn note(model: &Model, fidelity: Fidelity, warnings: &mut Vec<Warning>) {
     let materials = &model.materials;
     let any = |is: fn(&ModelMaterial) -> bool| materials.iter().any(is);
     if any(|material| material.clearcoat.is_some_and(|coat| coat.normal.is_some())) {
@@ -167,10 +172,17 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         let detail = "enlarged pixels of pictures are filtered, not shown as squares";
         warnings.push(warning(Subject::Approximated, "nearest", detail));
     }
+    if fidelity == Fidelity::Fast
+        && any(|material| material.transmission.factor > 0.0 && material.roughness.factor > MIRROR)
+    {
+        let detail = "rough glass does not spread the light that passes it, unless fidelity is faithful";
+        warnings.push(warning(Subject::Approximated, "rough-glass", detail));
+    }
     let brightest = |material: &ModelMaterial| material.emissive.factor.iter().copied().fold(0.0, f64::max);
-    if any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0)) {
+    let glows = any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0));
+    if glows && fidelity == Fidelity::Fast {
         let most = materials.iter().map(brightest).fold(0.0, f64::max);
-        let detail = format!("bodies that glow (up to {most:.1}) light nothing else");
+        let detail = format!("bodies that glow (up to {most:.1}) light nothing else, unless fidelity is faithful");
         warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
     }
     if any(|material| material.specular_color.factor.iter().any(|channel| *channel > 1.0)) {

@@ -177,9 +177,10 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
     let camera = camera(&model, options, aspect)?;
     let floor = studio::floor(&model);
-    let lit_by = lamps::lights(&mut model, options, &camera);
+    let fidelity = overrides.fidelity.unwrap_or_default();
+    let lit_by = lamps::lights(&mut model, options, &camera, fidelity);
     let mut warnings = std::mem::take(&mut model.warnings);
-    let (mut materials, names) = look::materials(&mut model, &mut warnings);
+    let (mut materials, names) = look::materials(&mut model, fidelity, &mut warnings);
     let (definitions, mut objects) = bodies::objects(&mut model, &names);
     // From below it would be between the camera and the model.
     if let Some(floor) = floor.filter(|_| lit_by.is_studio && camera.view().eye[1] > camera.view().look_at[1]) {

@@ -73,6 +73,18 @@ impl Mipmap {
         self.levels[0].texels.iter().fold([f32::INFINITY; 3], least).map(f64::from)
     }
 
+    /// The mean light of the cells of a grid, no finer than the texels: the sum of the channels, row by row from the top.
+    pub fn light(&self, columns: usize, rows: usize) -> Vec<f64> {
+        let Level { width, height, texels } = &self.levels[0];
+        let (mut sums, mut counts) = (vec![0.0; columns * rows], vec![0_u32; columns * rows]);
+        for (i, texel) in texels.iter().enumerate() {
+            let cell = i / width * rows / height * columns + i % width * columns / width;
+            sums[cell] += texel.iter().map(|channel| f64::from(*channel)).sum::<f64>();
+            counts[cell] += 1;
+        }
+        sums.iter().zip(counts).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> [f64; 3] {
         self.levels[self.levels.len() - 1].texels[0].map(f64::from)

@@ -155,3 +155,45 @@ fn materials_that_ask_for_nothing_are_left_alone() {
 fn other_names_are_refused() {
     assert_eq!(problems(&onto(0.0, quad(), json!({ "fresnel": "schlick" }), 0.0)), ["/materials/it/fresnel"]);
 }
+
+/// Normals that lean around the rim of a pane, as files of other programs have them, shut no light in: in surroundings of one colour
+/// clear glass shows that colour, whatever its normals are.
+#[test]
+fn glass_with_leaning_normals_shuts_no_light_in() {
+    let corner = |i: usize| [0, 1, 2].map(|c| if i >> c & 1 == 0 { -1.0 } else { 1.0 } * [1.0, 1.0, 0.03][c]);
+    let normal = |i: usize| [0.0, if i & 2 == 0 { -0.5 } else { 0.5 }, if i & 4 == 0 { -0.85 } else { 0.85 }];
+    let faces = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+    for material in [
+        json!({ "diffuse": 0, "transmission": 1, "reflection": 1, "ior": 1.5, "fresnel": "dielectric" }),
+        json!({ "pbr": { "metallic": 0, "roughness": 0, "transmission": 1 } }),
+    ] {
+        let scene = json!({
+            "version": 1, "image": { "width": 24, "height": 24 },
+            "camera": { "pinhole": { "eye": [0, 2.2, 6], "look_at": [0, 0, 0], "vfov_deg": 16 } },
+            "background": 1, "ambient": 0, "lights": [], "materials": { "glass": material },
+            "objects": [{ "mesh": {
+                "vertices": (0..8).map(corner).collect::<Vec<_>>(), "normals": (0..8).map(normal).collect::<Vec<_>>(),
+                "faces": faces, "material": "glass"
+            } }],
+            "render": { "max_depth": 10, "min_weight": 0.001, "antialias": false }
+        });
+        for precision in ["single", "double"] {
+            for pixel in pixels(scene.clone(), precision) {
+                assert!(pixel[0] > 0.9, "{pixel:?}");
+            }
+        }
+    }
+}
