@@ -1,6 +1,6 @@
 //! Bodies that glow, as lights: a triangle or a ball of them, chosen in proportion to its power, and then a point of its surface
-//! (Shirley, Wang and Zimmerman, Monte Carlo Techniques for Direct Lighting Calculations, 1996). Of a ball only the half is
-//! chosen from that faces the surface to be lit.
+//! (Shirley, Wang and Zimmerman, Monte Carlo Techniques for Direct Lighting Calculations, 1996). Of a ball a direction in the cone is
+//! chosen in which it is seen: all of them bring the same light.
 
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -90,9 +90,15 @@ impl Emitters {
         size_of_val(&self.lamps[..]) + size_of_val(&self.before[..]) + size_of_val(&self.densities[..])
     }
 
-    /// The density by area with which a point of a material is chosen. `halved`: of a ball, for a place outside of it.
-    pub fn density(&self, material: usize, halved: bool) -> f64 {
-        self.densities[material] * if halved { 2.0 } else { 1.0 }
+    /// The density by area with which a point of a material is chosen, but of a ball that is seen from outside.
+    pub fn density(&self, material: usize) -> f64 {
+        self.densities[material]
+    }
+
+    /// The density by solid angle with which a direction to a ball of a material is chosen, from outside of it.
+    pub fn density_of_ball(&self, material: usize, center: DVec3, radius: f64, place: DVec3) -> Option<f64> {
+        let power = self.densities[material] * 4.0 * PI * radius * radius;
+        Some(power / (2.0 * PI * versine_of_cone(place - center, radius)?))
     }
 
     /// The point for a place and a point of the unit square.
@@ -103,36 +109,56 @@ impl Emitters {
         let (start, end) = (self.before[index], self.before[index + 1]);
         // What is left of the number is as good as another one.
         let a = ((power - start) / (end - start)).clamp(0.0, 1.0);
-        let (point, normal, halved) = lamp.form.point(place, [a, b]);
+        if let Form::Sphere { center, radius } = lamp.form
+            && let Some(density) = self.density_of_ball(lamp.material, center, radius, place)
+        {
+            let (dir, distance) = towards_ball(center - place, radius, [a, b]);
+            return ChosenPoint { dir, distance, density, radiance: lamp.radiance };
+        }
+        let (point, normal) = lamp.form.point([a, b]);
         let way = point - place;
         let squared = way.length_squared();
         let distance = squared.sqrt();
         let dir = way / distance;
-        let facing = if halved { -dir.dot(normal) } else { dir.dot(normal).abs() };
-        let density =
-            if facing > 0.0 && squared > 0.0 { self.density(lamp.material, halved) * squared / facing } else { 0.0 };
+        let facing = dir.dot(normal).abs();
+        let seen = facing > 0.0 && squared > 0.0;
+        let density = if seen { self.density(lamp.material) * squared / facing } else { 0.0 };
         ChosenPoint { dir, distance, density, radiance: lamp.radiance }
     }
 }
 
+/// 1 - cos of half of the angle of the cone in which a ball is seen from outside of it, in a form that does not cancel.
+fn versine_of_cone(out: DVec3, radius: f64) -> Option<f64> {
+    let squared = radius * radius / out.length_squared();
+    (squared < 1.0).then(|| squared / (1.0 + (1.0 - squared).sqrt()))
+}
+
+/// A direction to a ball that is seen from outside of it, and how far its surface is.
+fn towards_ball(way: DVec3, radius: f64, [a, b]: [f64; 2]) -> (DVec3, f64) {
+    let versine = a * versine_of_cone(way, radius).unwrap_or(0.0);
+    let (far, axis) = (way.length(), way.normalize());
+    let (right, up) = axis.any_orthonormal_pair();
+    let (sin, cos) = crate::math::sin_cos(2.0 * PI * b);
+    let across = (versine * (2.0 - versine)).sqrt();
+    let dir = axis * (1.0 - versine) + right * (across * cos) + up * (across * sin);
+    let beside = far * across;
+    (dir, far * (1.0 - versine) - (radius * radius - beside * beside).max(0.0).sqrt())
+}
+
 impl Form {
-    /// The point for a point of the unit square, its unit normal, and whether it is of half of a ball.
-    fn point(&self, place: DVec3, [a, b]: [f64; 2]) -> (DVec3, DVec3, bool) {
+    /// The point for a point of the unit square, and its unit normal.
+    fn point(&self, [a, b]: [f64; 2]) -> (DVec3, DVec3) {
         match *self {
             Self::Triangle([p, q, r]) => {
                 let (root, normal) = (a.sqrt(), (q - p).cross(r - p).normalize_or(DVec3::Y));
-                (p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b), normal, false)
+                (p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b), normal)
             }
             Self::Sphere { center, radius } => {
-                let out = place - center;
-                let halved = out.length_squared() > radius * radius;
-                let axis = if halved { out.normalize() } else { DVec3::Y };
-                let height = if halved { a } else { 2.0 * a - 1.0 };
-                let (right, up) = axis.any_orthonormal_pair();
+                let height = 2.0 * a - 1.0;
                 let (sin, cos) = crate::math::sin_cos(2.0 * PI * b);
                 let flat = (1.0 - height * height).max(0.0).sqrt();
-                let normal = axis * height + right * (flat * cos) + up * (flat * sin);
-                (center + normal * radius, normal, halved)
+                let normal = DVec3::new(flat * cos, height, flat * sin);
+                (center + normal * radius, normal)
             }
         }
     }
@@ -184,6 +210,6 @@ mod tests {
     #[test]
     fn what_does_not_glow_is_no_lamp() {
         assert!(Emitters::new(Vec::new(), 2).is_none());
-        assert_eq!(lamps().density(2, false), 0.0);
+        assert_eq!(lamps().density(2), 0.0);
     }
 }

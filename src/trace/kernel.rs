@@ -358,7 +358,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                     && let Some(emitters) = &self.world.emitters
                 {
                     let densities = self.cones.densities();
-                    emission = emission * share_of_glow(s, self.world, emitters, rays.dir, hits, densities);
+                    emission = emission * share_of_glow(s, self.world, emitters, rays, hits, densities);
                 }
                 own = own + rays.weight.times(emission);
             }

@@ -207,7 +207,7 @@ pub(super) fn share_of_glow<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     emitters: &Emitters,
-    dir: V3<L>,
+    rays: &RayPacket<L>,
     hits: &Hits<L>,
     densities: L,
 ) -> L {
@@ -216,14 +216,25 @@ pub(super) fn share_of_glow<L: Lanes>(
         #[inline(always)]
         || {
             let chosen = densities.gt(L::lit(s, 0.0)).bits() & hits.found;
-            let mut by_area = [L::Real::default(); MAX_LANES];
+            let (mut by_area, mut by_angle) = ([L::Real::default(); MAX_LANES], [L::Real::default(); MAX_LANES]);
             for lane in lanes_of(chosen) {
                 let item = world.owner(hits.expanded.lane(lane)).item;
-                let halved = matches!(item.shape, Shape::Sphere(_)) && (hits.entering ^ hits.hollow) & (1 << lane) != 0;
-                by_area[lane] = L::Real::from_f64(emitters.density(item.material as usize, halved));
+                let material = item.material as usize;
+                let of_ball = match &item.shape {
+                    Shape::Sphere(ball) => {
+                        let center = DVec3::from_array(ball.center.map(Real::to_f64));
+                        let place = DVec3::from_array(rays.origin.lane(lane).map(Real::to_f64));
+                        emitters.density_of_ball(material, center, ball.radius.to_f64(), place)
+                    }
+                    _ => None,
+                };
+                match of_ball {
+                    Some(density) => by_angle[lane] = L::Real::from_f64(density),
+                    None => by_area[lane] = L::Real::from_f64(emitters.density(material)),
+                }
             }
-            let facing = dir.dot(hits.ng).abs();
-            let others = L::load(s, &by_area) * hits.t * hits.t / facing;
+            let facing = rays.dir.dot(hits.ng).abs();
+            let others = L::load(s, &by_area) * hits.t * hits.t / facing + L::load(s, &by_angle);
             L::select(L::mask(s, chosen), share(densities, others), L::lit(s, 1.0))
         },
     )

@@ -108,15 +108,9 @@ fn forms(object: &Object, map: &DAffine3) -> Option<Vec<Form>> {
             sides.into_iter().flat_map(halves).map(|corners| triangle(corners.map(corner))).collect()
         }
         Object::Sphere(o) => {
-            // A ball that is stretched is none.
-            let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
-            let size = x.length();
-            let skewed = [x.dot(y), y.dot(z), z.dot(x)].map(f64::abs).into_iter().fold(0.0, f64::max);
-            let even = (y.length() - size).abs().max((z.length() - size).abs()) < 1e-9 * size;
-            if !even || skewed > 1e-9 * size * size {
-                return None;
-            }
-            vec![Form::Sphere { center: at(o.center), radius: o.radius * size }]
+            // Those that are placed may be stretched.
+            let placed = *map != DAffine3::IDENTITY;
+            return (!placed).then(|| vec![Form::Sphere { center: at(o.center), radius: o.radius }]);
         }
         _ => return None,
     })
