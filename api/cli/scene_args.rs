@@ -6,7 +6,7 @@ use clap::Args;
 use std::path::PathBuf;
 use strahl::film::{Region, ToneMapping};
 use strahl::models::Which;
-use strahl::scene::description::{Accuracy, FilmBackground, Precision};
+use strahl::scene::description::{Accuracy, Fidelity, FilmBackground, Precision};
 use strahl::scene::model::{LightChoice, ModelOptions, UpAxis, View};
 use strahl::scene::nff::NffOptions;
 use strahl::scene::{Format, Overrides, limits};
@@ -67,6 +67,9 @@ pub(super) struct SettingsArgs {
     /// Whether pixels that differ from a neighbour get more samples: true or false [default: as the scene says].
     #[arg(long, value_name = "BOOL")]
     antialias: Option<bool>,
+    /// How light gets from everywhere to surfaces: fast, or faithful, by rays [default: as the scene says].
+    #[arg(long, value_name = "FIDELITY", value_parser = word::<Fidelity>(), hide_possible_values = true)]
+    fidelity: Option<Fidelity>,
     /// See opaque surfaces from behind, too (NFF only).
     #[arg(long)]
     two_sided: bool,
@@ -163,6 +166,7 @@ impl SettingsArgs {
             accuracy: self.accuracy,
             samples: self.samples,
             antialias: self.antialias,
+            fidelity: self.fidelity,
             precision: self.precision,
             background: self.background,
             exposure: self.exposure,

@@ -25,11 +25,11 @@ pub struct Depth {
 impl Depth {
     /// What is known before anything is rendered.
     pub(super) fn of<R: Real>(requested: Option<u32>, world: &World<R>, explanation: &Explanation) -> Self {
-        if !(world.reflects || world.transmits || world.rules.color_bleeding) {
+        if !(world.reflects || world.transmits || world.rules.color_bleeding || world.rules.traces_light()) {
             let why = "no surface reflects, transmits or gathers light";
             return Self { requested, proved_sufficient: Some(1), why, because: Vec::new(), reached: None };
         }
-        let senders = [Effect::Reflection, Effect::Transmission, Effect::ColorBleeding];
+        let senders = [Effect::Reflection, Effect::Transmission, Effect::ColorBleeding, Effect::GlobalIllumination];
         let senders = explanation.effects.iter().filter(|row| row.state != State::Off && senders.contains(&row.kind));
         let mut because: Vec<String> = senders.flat_map(|row| row.because.iter().cloned()).collect();
         because.dedup();

@@ -100,7 +100,7 @@ fn own(row: &Row) -> Own {
         Effect::Reflection => Own::Kind(REFLECTED),
         Effect::Transmission => Own::Kind(TRANSMITTED),
         Effect::TotalReflection => Own::Total,
-        Effect::ColorBleeding => Own::Kind(GATHERED),
+        Effect::ColorBleeding | Effect::GlobalIllumination => Own::Kind(GATHERED),
         Effect::Antialiasing => Own::Added,
         _ => Own::Nothing,
     }

@@ -6,7 +6,7 @@ use super::phong::{self, Incident};
 use super::ray::Ray;
 use super::way;
 use super::world::Intersection;
-use crate::math::Rgb;
+use crate::math::{Rgb, sin_cos};
 use crate::scene::description::{Fresnel, Shadows};
 use glam::DVec3;
 
@@ -41,6 +41,16 @@ impl<'a> Vertex<'a> {
         let ng = if ray.dir.dot(hit.ng) > 0.0 { -hit.ng } else { hit.ng };
         let ns = if hit.ns.dot(ng) < 0.0 { -hit.ns } else { hit.ns };
         Self { hit, point, ng, ns, near }
+    }
+
+    /// The normal by which light from `d` is bent: it leans at most 15 degrees from the facet. One that faces away from the ray has
+    /// no angle of incidence.
+    fn bending(&self, d: DVec3) -> DVec3 {
+        let (sin, cos) = sin_cos(15.0_f64.to_radians());
+        let along = self.ns.dot(self.ng);
+        let leaning =
+            if along >= cos { self.ns } else { self.ng * cos + (self.ns - self.ng * along).normalize() * sin };
+        if d.dot(leaning) < 0.0 { leaning } else { self.ng }
     }
 }
 
@@ -114,6 +124,7 @@ fn coefficients(path: &Path, vertex: &Vertex<'_>) -> [Rgb; 2] {
     let (r_s, r_t) = (material.reflection.0, material.transmission.0);
     let d = path.ray.dir;
     let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
+    let bending = vertex.bending(d);
     match material.fresnel {
         Fresnel::None => [r_s, r_t],
         Fresnel::Dielectric => {
@@ -125,6 +136,7 @@ fn coefficients(path: &Path, vertex: &Vertex<'_>) -> [Rgb; 2] {
                 None => (path.media.ior(), material.ior),
             };
             let through = |n: DVec3| optics::refract(d, n, n1 / n2).filter(|dir| dir.dot(vertex.ng) < 0.0);
+            let n = if body.transmits() && body.inner_ior().is_some() { bending } else { n };
             let n = if body.transmits() && through(n).is_none() { vertex.ng } else { n };
             let share = optics::reflectance(-d.dot(n), n1, n2);
             [r_s * share, r_t * (1.0 - share)]
@@ -143,10 +155,10 @@ fn transmitted(path: &Path, vertex: &Vertex<'_>) -> Option<(DVec3, Media)> {
         return Some((d, path.media.clone()));
     };
     let (n1, n2, media) = path.media.pass(&vertex.hit, inner_ior);
-    // A shading normal that faces away from the ray has no angle of incidence.
-    let n = if d.dot(vertex.ns) < 0.0 { vertex.ns } else { vertex.ng };
-    let dir = optics::refract(d, n, n1 / n2)?;
-    let dir = if dir.dot(vertex.ng) < 0.0 { dir } else { optics::refract(d, vertex.ng, n1 / n2)? };
+    let n = vertex.bending(d);
+    // Of one that keeps the ray on its side the geometric normal decides, also about total reflection.
+    let smooth = optics::refract(d, n, n1 / n2).filter(|dir| dir.dot(vertex.ng) < 0.0);
+    let dir = smooth.or_else(|| optics::refract(d, vertex.ng, n1 / n2))?;
     Some((dir, media))
 }
 

@@ -3,7 +3,7 @@
 use super::assets;
 use super::check::{check, settings_are_sound, warnings};
 use super::compile::{CompileOptions, Original, build_from, checked};
-use super::description::{Accuracy, Camera, Description, FilmBackground, PinholeCamera, Precision};
+use super::description::{Accuracy, Camera, Description, Fidelity, FilmBackground, PinholeCamera, Precision};
 use super::limits::PROBLEMS_FOUND;
 use super::locate::locate;
 use super::model::{self, ModelOptions, Views, read_models};
@@ -78,6 +78,9 @@ pub struct Overrides {
     pub samples: Option<u32>,
     /// Whether uneven pixels get more samples.
     pub antialias: Option<bool>,
+    /// How light gets from everywhere to surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
     /// Floating-point format.
     pub precision: Option<Precision>,
     /// What the camera sees where nothing is.
@@ -380,6 +383,7 @@ impl Overrides {
             accuracy: self.accuracy.or(other.accuracy),
             samples: self.samples.or(other.samples),
             antialias: self.antialias.or(other.antialias),
+            fidelity: self.fidelity.or(other.fidelity),
             precision: self.precision.or(other.precision),
             background: self.background.or(other.background),
             exposure: self.exposure.or(other.exposure),
@@ -412,6 +416,7 @@ impl Overrides {
         render.accuracy = self.accuracy.or(render.accuracy);
         render.samples = self.samples.or(render.samples);
         render.antialias = self.antialias.unwrap_or(render.antialias);
+        render.fidelity = self.fidelity.unwrap_or(render.fidelity);
         render.precision = self.precision.unwrap_or(render.precision);
         film.background = self.background.unwrap_or(film.background);
         film.exposure = self.exposure.unwrap_or(film.exposure);

@@ -14,7 +14,8 @@ use crate::models::ktx2::{self, Ktx2};
 use crate::shading::texture::mipmap::Mipmap;
 use data_encoding::BASE64;
 use image::{
-    ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
+    ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb32FImage,
+    RgbaImage,
 };
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead, Cursor, Read, Seek, SeekFrom};
@@ -67,6 +68,8 @@ impl Files for NoFiles {
 pub(super) enum Meaning {
     /// sRGB.
     Color,
+    /// Radiance: sRGB, or the numbers of a picture of high dynamic range.
+    Radiance,
     /// Heights from 0 to 1, all channels alike.
     Height,
     /// Coordinates from -1 to 1.
@@ -182,7 +185,7 @@ pub(super) fn known<'a>(description: &'a Description, pictures: &[Arc<Mipmap>]) 
 fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
     let mut wanted = Vec::new();
     if let Some(image) = description.environment.as_ref().and_then(|environment| environment.image.as_ref()) {
-        wanted.push((image.as_str(), Meaning::Color, "/environment/image".to_owned()));
+        wanted.push((image.as_str(), Meaning::Radiance, "/environment/image".to_owned()));
     }
     for (name, material) in description.materials.iter() {
         let at = |rest: &str| push_token("/materials", name) + rest;
@@ -279,11 +282,14 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
         DynamicImage::ImageRgba8(image.ok_or_else(|| broken("ends too early".into()))?)
     } else {
         let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
-        let decoder = decoder(bytes)?;
+        let decoder = decoder(bytes, meaning)?;
         let (width, height) = decoder.dimensions();
         Size { width, height, is_wide: is_wide(decoder.color_type()) }.check(bytes, meaning, left, files)?;
         DynamicImage::from_decoder(decoder).map_err(broken)?
     };
+    if matches!(image.color(), ColorType::Rgb32F | ColorType::Rgba32F) {
+        return radiance(&image.into_rgb32f());
+    }
     let mipmap = if is_wide(image.color()) { of_numbers(image, meaning) } else { of_codes(image, meaning) };
     unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
     Ok(mipmap)
@@ -336,12 +342,17 @@ fn of_numbers(image: DynamicImage, meaning: Meaning) -> Mipmap {
     Mipmap::new(width, height, texels)
 }
 
-fn decoder(bytes: &[u8]) -> Result<impl ImageDecoder + '_, Failure> {
+fn decoder(bytes: &[u8], meaning: Meaning) -> Result<impl ImageDecoder + '_, Failure> {
     let mut reader = ImageReader::new(Interruptible(Cursor::new(bytes)))
         .with_guessed_format()
         .map_err(|error| (Code::Degenerate, format!("the picture cannot be read: {error}")))?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) {
-        return Err((Code::Unsupported, "the picture is none of PNG, JPEG, WebP and KTX 2.0".into()));
+    match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) => {}
+        Some(ImageFormat::Hdr | ImageFormat::OpenExr) if meaning == Meaning::Radiance => {}
+        _ => {
+            let more = if meaning == Meaning::Radiance { ", Radiance HDR, OpenEXR" } else { "" };
+            return Err((Code::Unsupported, format!("the picture is none of PNG, JPEG, WebP{more} and KTX 2.0")));
+        }
     }
     let mut limits = Limits::default();
     // At most four channels of 16 bits for three bytes that are kept, and as much for the decoder.
@@ -387,6 +398,25 @@ impl Size {
     }
 }
 
+/// A picture of high dynamic range. Its numbers below 0, which some programs write for colours that no screen has, are 0.
+fn radiance(image: &Rgb32FImage) -> Result<Mipmap, Failure> {
+    let (width, height) = image.dimensions();
+    if let Some((x, y, _)) = image.enumerate_pixels().find(|(_, _, pixel)| pixel.0.iter().any(|c| !is_radiance(*c))) {
+        let detail = format!("the picture has a pixel at {x}, {y} that is no light: not a number up to {BRIGHTEST:e}");
+        return Err((Code::OutOfRange, detail));
+    }
+    let texels = image.pixels().map_while(|pixel| unless_stopping(pixel.0.map(|channel| channel.max(0.0)))).collect();
+    unless_cancelled().map_err(|_| (Code::Cancelled, String::new()))?;
+    Ok(Mipmap::new(width, height, texels))
+}
+
+/// The brightest pixel that a picture may have; the sun has 10^9 candela per square metre.
+const BRIGHTEST: f32 = 1e9;
+
+fn is_radiance(channel: f32) -> bool {
+    channel.is_finite() && channel <= BRIGHTEST
+}
+
 /// Bytes that cannot be read any more once the work is cancelled, so that decoders stop.
 struct Interruptible<'a>(Cursor<&'a [u8]>);
 
@@ -418,7 +448,7 @@ impl Seek for Interruptible<'_> {
 fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
     let (code, middle, most) = (f64::from(code), f64::from(most / 2), f64::from(most));
     let value = match meaning {
-        Meaning::Color => math::srgb_to_linear(code / most),
+        Meaning::Color | Meaning::Radiance => math::srgb_to_linear(code / most),
         Meaning::Height | Meaning::Data | Meaning::Alpha => code / most,
         // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
         Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),

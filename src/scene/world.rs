@@ -9,6 +9,8 @@ use crate::scene::description::{Accuracy, Proved, RenderSettings};
 use crate::scene::effects::{Effect, SceneEffects};
 use crate::scene::light_cells::LightCells;
 use crate::scene::usage::{Usage, Used};
+use crate::shading::bright_directions::BrightDirections;
+use crate::shading::emitters::Emitters;
 use crate::shading::fog::Fog;
 use crate::shading::light::Light;
 use crate::shading::material::Material;
@@ -42,8 +44,12 @@ pub struct World<R> {
     pub display: Display,
     /// The environment map, which replaces the background, if there is one.
     pub environment: Option<Environment>,
-    /// What the environment does to surfaces, if it lights them.
+    /// What the environment does to surfaces, if it lights them without rays.
     pub surroundings: Option<Arc<Surroundings>>,
+    /// The choice of bright directions of the environment, if light is traced.
+    pub bright_directions: Option<Arc<BrightDirections>>,
+    /// What glows, if light is traced.
+    pub emitters: Option<Arc<Emitters>>,
     /// The camera.
     pub camera: Camera<R>,
     /// The rules of the recursion.
@@ -118,6 +124,8 @@ pub struct Rules {
     pub colors_shadows: bool,
     /// Whether surfaces gather what others scatter, if rays that leave them are followed.
     pub color_bleeding: bool,
+    /// Whether rays bring all light that surfaces scatter and reflect, if rays that leave them are followed.
+    pub faithful: bool,
     /// Whether checkers are averaged over the footprints of rays.
     pub filter_checkers: bool,
     /// Whether only rays that nothing has reflected are followed.
@@ -132,6 +140,11 @@ impl Rules {
     /// Whether surfaces gather what others scatter.
     pub fn gathers(&self) -> bool {
         self.color_bleeding && self.max_depth > 1
+    }
+
+    /// Whether rays bring all light that surfaces scatter and reflect.
+    pub fn traces_light(&self) -> bool {
+        self.faithful && self.max_depth > 1
     }
 
     /// Sets the rules that depend on the ceiling.

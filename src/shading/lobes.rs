@@ -2,11 +2,13 @@
 //! and a second GGX lobe of lacquer over both.
 //!
 //! Highlights of lights have a closed form, so they need no sample. Rays are followed where a lobe is so narrow that one ray
-//! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`).
+//! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`). Where light is traced, each lobe sends a
+//! ray by a facet that it chooses.
 
 use super::pbr::Parameters;
 use super::split_sum::reflected_share;
 use crate::lanes::{Lanes, Mask, Real, V3};
+use std::f64::consts::PI;
 
 /// The roughness up to which a mirror ray stands for the lobe of what is no metal: 0.3 codes off on average, and of metals 0.3
 /// codes up to half of it.
@@ -17,7 +19,7 @@ pub const MIRROR: f64 = 0.1;
 pub const LACQUER: [f64; 2] = [0.08, 0.15];
 
 /// Narrowest lobe that lights have a highlight in: that of roughness 0.03.
-const NARROWEST: f64 = 1.0 / 1024.0;
+pub const NARROWEST: f64 = 1.0 / 1024.0;
 
 /// No lobe reflects less of white light that its facets do not absorb; lanes without a lobe have none.
 const LEAST_SHARE: f64 = 0.1;
@@ -64,6 +66,12 @@ pub struct Lobes<L: Lanes> {
     pub occlusion: L,
     /// The lanes whose mirror ray is followed.
     pub mirrored: u32,
+    /// Width of the facets that rays choose among; 0 where a mirror ray stands for the lobe.
+    pub facets: L,
+    /// What the lacquer reflects by rays of its own, and the width of its facets.
+    pub lacquer: L,
+    /// Width of the facets of the lacquer; 0 where it is a mirror.
+    pub lacquer_facets: L,
     /// Factor on Fresnel's reflectance of a dielectric.
     pub reflection: V3<L>,
     /// Reflectance of metal at normal incidence and along the surface.
@@ -81,9 +89,18 @@ pub struct Lobes<L: Lanes> {
 }
 
 impl<L: Lanes> Lobes<L> {
-    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal with bumps and `coat_ns` that without.
+    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal with bumps and `coat_ns` that without. `traced`: whether rays
+    /// bring light to each lobe.
     #[inline(always)]
-    pub fn of(s: L::Simd, p: &Parameters<L>, lanes: u32, to_eye: V3<L>, ns: V3<L>, coat_ns: V3<L>) -> Self {
+    pub fn of(
+        s: L::Simd,
+        p: &Parameters<L>,
+        lanes: u32,
+        to_eye: V3<L>,
+        ns: V3<L>,
+        coat_ns: V3<L>,
+        traced: bool,
+    ) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
         let (cosine, coat_cosine) = (facing(s, ns, to_eye), facing(s, coat_ns, to_eye));
@@ -96,8 +113,9 @@ impl<L: Lanes> Lobes<L> {
         let diffuse = p.base_color * (other * (one - p.transmission));
         let passing = other * p.transmission;
 
-        let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic);
-        let coat_smooth = one - smoothstep(s, p.clearcoat_roughness, LACQUER);
+        let every = L::mask(s, if traced { L::ALL } else { 0 });
+        let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic) | every;
+        let coat_smooth = L::select(every, one, one - smoothstep(s, p.clearcoat_roughness, LACQUER));
         let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
         // What facets hide from the eye or the light they reflect on (Fdez-Agüera 2019): 1 + F0 (1/(a + b) - 1).
         let again = one / (a + b).max(L::lit(s, LEAST_SHARE)) - one;
@@ -123,7 +141,9 @@ impl<L: Lanes> Lobes<L> {
         let all_metal = V3 { x: all_metal, y: all_metal, z: all_metal };
         let metal = p.base_color * metal + tint * shiny;
         let metal = [V3::select(smooth, metal, nothing), V3::select(smooth, all_metal, nothing)];
-        let coat_mirror = coat * coat_smooth;
+        let coat_mirror = if traced { zero } else { coat * coat_smooth };
+        let (wide, coat_wide) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
+        let (facets, lacquer_facets) = (chosen(s, wide, every), chosen(s, coat_wide, every));
         let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
         Self {
             lanes,
@@ -131,9 +151,9 @@ impl<L: Lanes> Lobes<L> {
             f0,
             f90,
             lost,
-            width: (p.roughness * p.roughness).max(L::lit(s, NARROWEST)),
+            width: wide.max(L::lit(s, NARROWEST)),
             coat,
-            coat_width: (p.clearcoat_roughness * p.clearcoat_roughness).max(L::lit(s, NARROWEST)),
+            coat_width: coat_wide.max(L::lit(s, NARROWEST)),
             coat_ns,
             ambient: ambient * p.occlusion,
             scattered,
@@ -143,6 +163,9 @@ impl<L: Lanes> Lobes<L> {
             coat_roughness: p.clearcoat_roughness,
             occlusion: p.occlusion,
             mirrored: mirrors.bits() & lanes,
+            facets,
+            lacquer: if traced { coat } else { zero },
+            lacquer_facets,
             reflection,
             metal,
             coat_mirror,
@@ -174,6 +197,48 @@ impl<L: Lanes> Lobes<L> {
     }
 }
 
+/// What a lobe of facets does with light from a direction.
+#[derive(Debug, Clone, Copy)]
+pub struct Glance<L: Lanes> {
+    /// The share of its irradiance over pi that is reflected to the eye.
+    pub reflected: V3<L>,
+    /// How likely a ray of the lobe has that direction, by solid angle; 0 where it has one only.
+    pub density: L,
+}
+
+impl<L: Lanes> Lobes<L> {
+    /// What the surface and the lacquer over it do with light from a direction, where their rays choose among facets. All vectors
+    /// are as for [`Self::reflected`].
+    #[inline(always)]
+    pub fn glances(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> [Glance<L>; 2] {
+        let zero = L::lit(s, 0.0);
+        let half = Half::new(s, to_light, to_eye);
+        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
+        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
+        let own = fresnel * half.highlight(s, ns, cosine, self.width);
+        let coat_cosine = self.coat_ns.dot(to_light).max(zero);
+        let over = self.coat * half.highlight(s, self.coat_ns, coat_cosine, self.coat_width);
+        let nothing = V3 { x: zero, y: zero, z: zero };
+        let (rough, coat_rough) = (self.facets.gt(zero), self.lacquer_facets.gt(zero));
+        [
+            Glance {
+                reflected: V3::select(rough, own, nothing),
+                density: L::select(rough, half.likely(s, ns, self.width), zero),
+            },
+            Glance {
+                reflected: V3::select(coat_rough, V3 { x: over, y: over, z: over }, nothing),
+                density: L::select(coat_rough, half.likely(s, self.coat_ns, self.coat_width), zero),
+            },
+        ]
+    }
+}
+
+/// How likely facets of a width that are chosen among the visible ones mirror the eye into a direction, by solid angle.
+#[inline(always)]
+pub fn likely<L: Lanes>(s: L::Simd, n: V3<L>, dir: V3<L>, to_eye: V3<L>, width: L) -> L {
+    Half::new(s, dir, to_eye).likely(s, n, width)
+}
+
 /// The vector halfway between two unit vectors, of any length.
 struct Half<L> {
     vector: V3<L>,
@@ -199,6 +264,16 @@ impl<L: Lanes> Half<L> {
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
         cosine * square / (spread * spread * (hidden(s, cosine, square) * hidden(s, seen, square)))
     }
+
+    /// D G1(v) / (4 v.n).
+    #[inline(always)]
+    fn likely(&self, s: L::Simd, n: V3<L>, width: L) -> L {
+        let square = width * width;
+        let (along, across) = (n.dot(self.vector), n.cross(self.vector));
+        let spread = (square * along * along + across.dot(across)) / self.square;
+        let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
+        square / (L::lit(s, 2.0 * PI) * spread * spread * hidden(s, seen, square))
+    }
 }
 
 /// Cosine between a normal and the eye, which sees surfaces from their front.
@@ -219,6 +294,12 @@ fn smoothstep<L: Lanes>(s: L::Simd, x: L, [from, to]: [f64; 2]) -> L {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let part = ((x - L::lit(s, from)) / L::lit(s, to - from)).max(zero).min(one);
     part * part * (L::lit(s, 3.0) - part - part)
+}
+
+/// The width of facets that rays choose among, in some lanes; 0 where all are alike.
+#[inline(always)]
+fn chosen<L: Lanes>(s: L::Simd, width: L, lanes: L::Mask) -> L {
+    L::select(width.gt(L::lit(s, NARROWEST)) & lanes, width, L::lit(s, 0.0))
 }
 
 #[inline(always)]

@@ -1,5 +1,7 @@
 //! Materials, lights and media: pure functions over lanes, without access to the scene.
 
+pub mod bright_directions;
+pub mod emitters;
 pub mod fog;
 pub mod light;
 pub mod lobes;

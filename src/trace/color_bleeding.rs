@@ -1,4 +1,4 @@
-//! Color bleeding: one bounce of diffuse light between surfaces.
+//! Color bleeding: one bounce of diffuse light between surfaces, or as many as rays follow where light is traced.
 //!
 //! It replaces the ambient light of a surface by the mean of the incoming light. Each sample takes one direction, with a
 //! density proportional to the cosine: L = k_d (1/pi) integral L_i cos = k_d E[L_i]. The surfaces in these directions have
@@ -10,8 +10,10 @@ use super::observer::Observer;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
+use crate::scene::effects::Effect;
 use crate::shading::material::Coefficients;
 use crate::trace::variants::Variant;
+use std::f64::consts::PI;
 
 /// Stacks the rays for the light that reaches diffuse surfaces.
 #[inline(never)]
@@ -52,8 +54,13 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
     let [x, y] = circle(s, a);
     let reach = b.sqrt();
     let [right, up] = hits.ns.across(s);
-    let dir = right * (x * reach) + up * (y * reach) + hits.ns * (one - b).max(zero).sqrt();
+    let cosine = (one - b).max(zero).sqrt();
+    let dir = right * (x * reach) + up * (y * reach) + hits.ns * cosine;
     let above = dir.dot(hits.ng).gt(zero).bits();
+    let traced = tracer.world.effects.has(Effect::GlobalIllumination);
+    if traced {
+        tracer.cones.chosen(cosine * L::lit(s, 1.0 / PI));
+    }
     tracer.push(RayPacket {
         origin: hits.surface.leave(hits.ng),
         dir: dir.normalized(s),
@@ -64,7 +71,7 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
         depth: rays.depth + 1,
         kind: RayKind::Gathered,
         straight: false,
-        gathered: true,
+        gathered: !traced,
         path: child(rays.path, RayKind::Gathered),
         dispersed: rays.dispersed,
         parent: number,

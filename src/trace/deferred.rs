@@ -9,8 +9,8 @@ use super::ray_packet::{RayKind, RayPacket};
 use crate::lanes::{Lanes, MAX_LANES, V3, lanes_of};
 use std::collections::VecDeque;
 
-/// Numbers of a ray besides its weight: origin, direction, start, and its cone.
-const NUMBERS: usize = 9;
+/// Numbers of a ray besides its weight: origin, direction, start, and its cone with the density of its direction.
+const NUMBERS: usize = 10;
 /// Numbers of a packet.
 const BLOCK: usize = NUMBERS * MAX_LANES;
 
@@ -99,7 +99,7 @@ impl<L: Lanes> DeferredRays<L> {
     /// Adds rays behind the others.
     #[inline(always)]
     pub(super) fn push(&mut self, deferred: &Deferred<L>) {
-        let Deferred { rays, cones: [width, spread] } = *deferred;
+        let Deferred { rays, cones: [width, spread, density] } = *deferred;
         let RayPacket { active: lanes, depth, kind, straight, gathered, path, dispersed, parent, .. } = rays;
         if lanes == 0 {
             return;
@@ -120,7 +120,7 @@ impl<L: Lanes> DeferredRays<L> {
         let (origin, dir) = (rays.origin, rays.dir);
         let mut block = [L::Real::default(); BLOCK];
         let mut end = 0;
-        for number in [origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, rays.t_min, width, spread] {
+        for number in [origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, rays.t_min, width, spread, density] {
             number.store(&mut block[end..]);
             if lanes == L::ALL {
                 end += L::COUNT;
@@ -164,7 +164,7 @@ impl<L: Lanes> DeferredRays<L> {
         block[..in_front].copy_from_slice(&front[..in_front]);
         block[in_front..NUMBERS * rays].copy_from_slice(&back[..NUMBERS * rays - in_front]);
         self.numbers.drain(..NUMBERS * rays);
-        let [ox, oy, oz, dx, dy, dz, t_min, width, spread] = std::array::from_fn(|i| {
+        let [ox, oy, oz, dx, dy, dz, t_min, width, spread, density] = std::array::from_fn(|i| {
             let numbers = &block[i * rays..];
             if lanes == L::ALL {
                 return L::load(s, numbers);
@@ -189,7 +189,7 @@ impl<L: Lanes> DeferredRays<L> {
             dispersed,
             parent,
         };
-        Some(Deferred { rays, cones: [width, spread] })
+        Some(Deferred { rays, cones: [width, spread, density] })
     }
 
     /// Lanes, weights and depth of each packet.

@@ -21,6 +21,7 @@ use super::pixel_sum::PixelSum;
 use super::proof::BatchProof;
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
+use super::sampled_light::{light_looked_for, scatter_lacquer, share_of_glow, share_of_surroundings};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
 use super::shadow_catcher::caught;
@@ -353,6 +354,12 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 if let Some(lobes) = &lobes {
                     emission = V3::select(L::mask(s, lobes.lanes), lobes.emission, emission);
                 }
+                if self.world.effects.has(Effect::EmitterSampling)
+                    && let Some(emitters) = &self.world.emitters
+                {
+                    let densities = self.cones.densities();
+                    emission = emission * share_of_glow(s, self.world, emitters, rays, hits, densities);
+                }
                 own = own + rays.weight.times(emission);
             }
             if self.world.effects.has(Effect::EnvironmentLight)
@@ -363,14 +370,23 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 let light = light_from_around(s, surroundings, rays, hits, &coefficients, lobes.as_ref(), gathers);
                 own = own + rays.weight.times(light);
             }
+            if self.world.effects.has(Effect::GlobalIllumination) && !self.world.rules.straight {
+                own = own + light_looked_for(self, rays, hits, &coefficients, lobes.as_ref());
+            }
         }
         let lobes = lobes.as_ref();
         // In a picture of alpha lights cast shadows and nothing else.
         if !(V::DETAILS && self.world.rules.straight) {
             illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
         }
-        if V::DETAILS && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
-            scatter_diffuse(self, rays, hits, &coefficients, number);
+        if V::DETAILS {
+            let traced = self.world.effects.has(Effect::GlobalIllumination);
+            if traced || (self.world.effects.has(Effect::ColorBleeding) && !rays.gathered) {
+                scatter_diffuse(self, rays, hits, &coefficients, number);
+            }
+            if traced && let Some(lobes) = lobes {
+                scatter_lacquer(self, rays, hits, lobes, number);
+            }
         }
         scatter(self, rays, hits, &coefficients, lobes, number);
     }
@@ -406,7 +422,14 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if V::DETAILS
             && let Some(environment) = &self.world.environment
         {
-            return around(self.s, environment, rays.dir, missed, self.cones.spreads());
+            let seen = around(self.s, environment, rays.dir, missed, self.cones.spreads());
+            if self.world.effects.has(Effect::EnvironmentSampling)
+                && let Some(bright) = &self.world.bright_directions
+            {
+                let densities = self.cones.densities();
+                return seen * share_of_surroundings(self.s, bright, rays.dir, densities, missed);
+            }
+            return seen;
         }
         V3::splat(self.s, self.world.background)
     }

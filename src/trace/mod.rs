@@ -27,6 +27,7 @@ pub(crate) mod proof;
 mod ray_cones;
 pub mod ray_packet;
 mod ray_stack;
+mod sampled_light;
 pub mod sampling;
 pub mod secondary;
 mod shadow_catcher;

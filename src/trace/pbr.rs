@@ -5,6 +5,7 @@ use super::hits::Hits;
 use super::ray_packet::RayPacket;
 use super::texturing::Seen;
 use crate::lanes::{Column, Columns, Ids, Lanes, V3, parts};
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::lobes::Lobes;
 use crate::shading::material::Coefficients;
@@ -34,7 +35,8 @@ pub(super) fn lobes_of<L: Lanes>(
                 #[inline(always)]
                 |column| column.lanes::<L>(s),
             ));
-            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, smooth);
+            let traced = world.effects.has(Effect::GlobalIllumination);
+            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, smooth, traced);
             let mask = L::mask(s, lanes);
             let c = coefficients;
             c.ambient = V3::select(mask, lobes.ambient, c.ambient);
@@ -42,6 +44,7 @@ pub(super) fn lobes_of<L: Lanes>(
             c.specular = V3::select(mask, V3::splat(s, [L::Real::default(); 3]), c.specular);
             c.reflection = V3::select(mask, lobes.reflection, c.reflection);
             c.transmission = V3::select(mask, lobes.transmission, c.transmission);
+            c.alpha = L::select(mask, lobes.facets, c.alpha);
             Some(lobes)
         },
     )

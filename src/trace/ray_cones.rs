@@ -1,16 +1,18 @@
 //! Ray cones: the widths of the rays of a packet, from the cone of a pixel, the distances on the way and the surfaces that have
 //! bent them (Akenine-Moeller et al., Texture Level of Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, 2019).
 //!
-//! They have a stack of their own beside that of the rays, so that variants without details do not carry them.
+//! They have a stack of their own beside that of the rays, so that variants without details do not carry them. Beside them lies how
+//! likely the direction of each ray was, where it was chosen.
 
 use super::hits::Hits;
 use crate::camera::Cone;
 use crate::lanes::{Column, Columns, Lanes, V3, parts};
 use crate::shading::texture::environment::Environment;
 
-/// The cone of each ray where it starts: `[width, spread]`, the width and what it gains in a unit of distance. Both may be
-/// below 0, where a cone has been turned inside out by a focus.
-pub(super) type Cones<L> = [L; 2];
+/// The cone of each ray where it starts: `[width, spread, density]`, the width and what it gains in a unit of distance. Both may
+/// be below 0, where a cone has been turned inside out by a focus. The density is that of the choice among directions, by solid
+/// angle, and 0 where nothing was chosen, or nothing else might have chosen it.
+pub(super) type Cones<L> = [L; 3];
 
 /// The cones of a packet's rays.
 #[derive(Debug)]
@@ -30,7 +32,7 @@ pub(crate) struct RayCones<L> {
 impl<L: Lanes> RayCones<L> {
     #[inline(always)]
     pub(super) fn new(s: L::Simd, pixel: Cone) -> Self {
-        let nothing = [L::lit(s, 0.0); 2];
+        let nothing = [L::lit(s, 0.0); 3];
         Self { pixel, current: nothing, next: nothing, waiting: Vec::new(), tilted: 0 }
     }
 
@@ -38,15 +40,15 @@ impl<L: Lanes> RayCones<L> {
     #[inline(always)]
     pub(super) fn restart(&mut self, s: L::Simd, share: f64) {
         let part = share.sqrt();
-        self.current = [self.pixel.width * part, self.pixel.spread * part].map(|x| L::lit(s, x));
+        self.current = [self.pixel.width * part, self.pixel.spread * part, 0.0].map(|x| L::lit(s, x));
         self.waiting.clear();
     }
 
     /// The current rays have hit something: the next ones start there.
     #[inline(always)]
     pub(super) fn hit(&mut self, s: L::Simd, hits: &Hits<L>) {
-        let [width, spread] = self.current;
-        self.next = [L::select(L::mask(s, hits.found), width + spread * hits.t, width), spread];
+        let [width, spread, _] = self.current;
+        self.next = [L::select(L::mask(s, hits.found), width + spread * hits.t, width), spread, L::lit(s, 0.0)];
         self.tilted = 0;
     }
 
@@ -73,16 +75,29 @@ impl<L: Lanes> RayCones<L> {
     /// The cones of mirrored rays. A normal that turns by `curvature` in a unit of length turns them by twice as much.
     #[inline(always)]
     pub(super) fn mirrored(&self, s: L::Simd, curvature: L) -> Cones<L> {
-        let [width, spread] = self.next;
-        [width, spread + L::lit(s, 2.0) * curvature * width]
+        let [width, spread, _] = self.next;
+        [width, spread + L::lit(s, 2.0) * curvature * width, L::lit(s, 0.0)]
     }
 
     /// The cones of transmitted rays: with t = eta d + (eta cos_1 - cos_2) n, they widen as d and n do. In `unseen` lanes the
     /// surface is invisible, and the current ray goes on.
     #[inline(always)]
-    pub(super) fn transmitted(&self, curvature: L, eta: L, bend: L, unseen: L::Mask) -> Cones<L> {
-        let ([width, spread], [start, old]) = (self.next, self.current);
-        [L::select(unseen, start, width), L::select(unseen, old, eta * spread + bend * curvature * width)]
+    pub(super) fn transmitted(&self, s: L::Simd, curvature: L, eta: L, bend: L, unseen: L::Mask) -> Cones<L> {
+        let ([width, spread, _], [start, old, chosen]) = (self.next, self.current);
+        let spread = L::select(unseen, old, eta * spread + bend * curvature * width);
+        [L::select(unseen, start, width), spread, L::select(unseen, chosen, L::lit(s, 0.0))]
+    }
+
+    /// How likely the directions of the current rays were.
+    #[inline(always)]
+    pub(super) fn densities(&self) -> L {
+        self.current[2]
+    }
+
+    /// The next rays have directions of a density.
+    #[inline(always)]
+    pub(super) fn chosen(&mut self, density: L) {
+        self.next[2] = density;
     }
 
     /// Widths of the rays where they hit.

@@ -31,6 +31,12 @@ pub enum Choice {
     ColorBleeding,
     /// A point of a light, by its index.
     Light(usize),
+    /// A facet of lacquer.
+    Lacquer,
+    /// A direction of the surroundings.
+    Surroundings,
+    /// A point of what glows.
+    Emitter,
 }
 
 impl Choice {
@@ -42,6 +48,10 @@ impl Choice {
             Self::Facet => 3,
             Self::ColorBleeding => 4,
             Self::Light(index) => 5 + index as u32,
+            // Numbers that no light has.
+            Self::Lacquer => u32::MAX,
+            Self::Surroundings => u32::MAX - 1,
+            Self::Emitter => u32::MAX - 2,
         }
     }
 }

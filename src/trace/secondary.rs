@@ -11,7 +11,7 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
-use crate::shading::lobes::Lobes;
+use crate::shading::lobes::{Lobes, likely};
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
@@ -76,7 +76,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         tracer.record_omitted_rays(mirror | clear, rays.weight.times(most), rays.depth + 1);
         if O::WATCHING {
             if by_angle {
-                let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear)) } else { None };
+                let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear, 0)) } else { None };
                 ([r_s, r_t], _) = angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
             }
             report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
@@ -100,7 +100,16 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     } else {
         zero
     };
-    let crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear)) } else { None };
+    let mut crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear, rough)) } else { None };
+    let sheets = if lobes.is_some() { rough & clear & !hits.closed } else { 0 };
+    if sheets != 0
+        && let Some(crossing) = &mut crossing
+    {
+        // Facets of a thin sheet spread what passes as they spread what they reflect (glTF, KHR_materials_transmission).
+        let out = reflect(s, rays.dir, ns);
+        let through = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
+        crossing.dir = V3::select(L::mask(s, sheets), through, crossing.dir);
+    }
     let mut tinted = 0;
     if by_angle {
         ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, lobes, crossing.as_ref(), clear);
@@ -113,7 +122,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let mut reflected_weight = rays.weight.times(r_s);
     let mut transmitted = None;
-    let mut through = [zero; 2];
+    let mut through = [zero; 3];
     let (mut total, mut split, mut split_mirrored) = (0, 0, 0);
     if let Some(crossing) = crossing {
         total = crossing.refraction.total.bits() & clear & hits.closed;
@@ -149,7 +158,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         if V::DETAILS {
             let Refraction { cos_incident, cos_transmitted, .. } = crossing.refraction;
             let eta = crossing.n1 / crossing.n2;
-            through = tracer.cones.transmitted(curvature, eta, eta * cos_incident - cos_transmitted, unseen);
+            through = tracer.cones.transmitted(s, curvature, eta, eta * cos_incident - cos_transmitted, unseen);
         }
         let behind = hits.surface.leave(-hits.ng);
         transmitted = Some(RayPacket {
@@ -188,6 +197,12 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         if V::DETAILS {
             tracer.cones.next = tracer.cones.mirrored(s, curvature);
+            if rough != 0
+                && let Some(lobes) = lobes
+            {
+                let density = likely(s, hits.ns, dir, -rays.dir, coefficients.alpha);
+                tracer.cones.chosen(L::select(L::mask(s, rough & lobes.lanes), density, zero));
+            }
         }
         tracer.push(RayPacket {
             origin: hits.surface.leave(hits.ng),
@@ -268,13 +283,32 @@ impl<L: Lanes> Crossing<L> {
     }
 }
 
+/// Cosine and sine of the largest angle between a facet and the normal by which it bends light, 15 degrees: that of a round body
+/// of 12 facets. Normals that are interpolated from a sharp rim down a long facet lean further, and would make prisms of flat
+/// walls.
+const LEANING: [f64; 2] = [0.965_925_826_289_068_3, 0.258_819_045_102_520_76];
+
+/// Interpolated normals that lean no further from those of their facets.
+#[inline(always)]
+fn upright<L: Lanes>(s: L::Simd, ns: V3<L>, ng: V3<L>) -> V3<L> {
+    let [cos, sin] = LEANING.map(
+        #[inline(always)]
+        |x| L::lit(s, x),
+    );
+    let along = ns.dot(ng);
+    let across = ns - ng * along;
+    let turned = ng * cos + across * (sin / across.length());
+    V3::select(along.lt(cos), turned, ns)
+}
+
 #[inline(always)]
 fn cross<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
-    ns: V3<L>,
+    mut ns: V3<L>,
     clear: u32,
+    rough: u32,
 ) -> Crossing<L> {
     let s = tracer.s;
     let Interface { mut n1, mut n2, dispersion, behind } =
@@ -284,19 +318,27 @@ fn cross<L: Lanes, O: Observer<L>, V: Variant>(
         n2 = n2 + dispersion[1] * tracer.wavelengths.bend;
     }
     let eta = n1 / n2;
+    let tilted = if V::DETAILS { tracer.cones.tilted } else { 0 };
+    let curved = hits.smooth & !tilted & !rough & clear;
+    if curved != 0 {
+        ns = V3::select(L::mask(s, curved), upright(s, ns, hits.ng), ns);
+    }
     let mut refraction = refract(s, rays.dir, ns, eta);
-    let bent = hits.smooth | if V::DETAILS { tracer.cones.tilted } else { 0 };
+    let bent = hits.smooth | tilted;
     if bent != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides. Facets of
-        // rough surfaces beside may do so, too, and stay.
-        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) | refraction.total | !L::mask(s, bent);
+        // rough surfaces beside may do so, too, and stay. Total reflection is as well for the geometric normal to say: else light
+        // that passes a wall would be shut in by it. Bumps are meant to lean.
+        let tilted = L::mask(s, tilted);
+        let below = refraction.dir.dot(hits.ng).lt(L::lit(s, 0.0)) & !refraction.total;
+        let below = below | (refraction.total & tilted) | !L::mask(s, bent);
         let flat = refract(s, rays.dir, hits.ng, eta);
         refraction = Refraction {
             dir: V3::select(below, refraction.dir, flat.dir),
             sin_incident: L::select(below, refraction.sin_incident, flat.sin_incident),
             cos_incident: L::select(below, refraction.cos_incident, flat.cos_incident),
             cos_transmitted: L::select(below, refraction.cos_transmitted, flat.cos_transmitted),
-            total: refraction.total | (!below & flat.total),
+            total: (below & refraction.total) | (!below & flat.total),
         };
     }
     // Through equal media the direction is the same to the last bit.

@@ -165,6 +165,8 @@ fn any_front_answers_for_any_job() {
         assert_eq!(events.last().unwrap().0, "succeeded", "{events:?}");
         events.retain(|(name, _)| !["snapshot", "queued"].contains(&name.as_str()));
     }
+    let first = one[0].1.max(other[0].1);
+    [&mut one, &mut other].map(|events| events.retain(|(_, seq)| *seq >= first));
     assert_eq!(one, other);
     assert!(one.len() > 10, "{one:?}");
 }

@@ -79,7 +79,7 @@ fn several_frames_are_rendered_at_a_time() {
     let store = folder.path().to_str().unwrap();
     let front = front(&broker, store);
     let nodes = ["one", "two", "three"].map(|name| Node::start(&broker.url(), store, name, &["--slots", "2"]));
-    wait_until("the front knows its nodes", || front.get("/v1/farm").json()["slots"].as_u64() == Some(6));
+    wait_until("the front knows its nodes", || front.get("/v1/farm").json()["farm"]["slots"].as_u64() == Some(6));
     let work = Ear::at(&broker, "farm.t.>");
     nodes.iter().for_each(|node| node.signal("-STOP"));
     let order =

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::models::Which;
 use strahl::render::Layers;
-use strahl::scene::description::{Accuracy, FilmBackground, Precision};
+use strahl::scene::description::{Accuracy, Fidelity, FilmBackground, Precision};
 use strahl::scene::limits::{self, Limit};
 use strahl::scene::model::{ModelOptions, View};
 use strahl::scene::nff::NffOptions;
@@ -342,6 +342,7 @@ impl Query {
             ),
             samples: self.up_to("samples", "Samples for each pixel.", limits::SAMPLES),
             antialias: self.flag("antialias", "Whether pixels that differ from a neighbor get more samples."),
+            fidelity: self.word::<Fidelity>("fidelity", "How light gets from everywhere to surfaces."),
             precision: self.word::<Precision>("precision", "Floating-point format of the whole trace."),
             background: self.take(
                 "background",

@@ -4,6 +4,7 @@ use super::bodies::{Kept, shape, volume};
 use super::camera::camera_of;
 use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
+use super::emitters::emitters;
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
 use super::lights::light;
@@ -26,6 +27,7 @@ use crate::scene::problem::push_token;
 use crate::scene::transform::affine;
 use crate::scene::usage::{Pointers, Usage, Used, note};
 use crate::scene::world::{Pruning, Rules, World, shows};
+use crate::shading::bright_directions::BrightDirections;
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
 use crate::shading::material::{Fresnel, Material};
@@ -77,9 +79,17 @@ pub(super) fn build<R: Real>(
         environment = None;
     }
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
-    let surroundings = environment.as_ref().filter(|_| lights_surfaces).map(|map| surroundings(map, lit_before));
-    // One of one colour is ambient light.
+    let faithful = pbr::traces_light(render);
+    let catches = builder.materials.iter().any(Material::catches_shadows);
+    let without_rays = lights_surfaces && (!faithful || catches);
+    let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
+    // Fog would fade the light on its way.
+    let looked_for = faithful && fog.is_none();
+    let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));
+    let emitters = looked_for.then(|| emitters(description, &builder.materials)).flatten().map(Arc::new);
+    // One of one colour is ambient light, which rays bring if light is traced.
     let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
+    let ambient = if faithful { Rgb::ZERO } else { description.ambient.0 + around };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
@@ -96,12 +106,14 @@ pub(super) fn build<R: Real>(
         spectrum: None,
         materials: builder.materials,
         lights,
-        ambient: narrow_rgb(description.ambient.0 + around),
+        ambient: narrow_rgb(ambient),
         background: narrow_rgb(background),
         behind: (description.film.background != d::FilmBackground::Scene).then(|| narrow_rgb(Rgb::ZERO)),
         display: display(&description.film),
         environment,
         surroundings,
+        bright_directions: bright,
+        emitters,
         fog,
         camera,
         rules: Rules {
@@ -113,7 +125,8 @@ pub(super) fn build<R: Real>(
                 Shadows::None => None,
             },
             colors_shadows: render.shadows == Shadows::Transmissive,
-            color_bleeding: render.color_bleeding,
+            color_bleeding: render.color_bleeding && !faithful,
+            faithful,
             filter_checkers: render.filter_checkers,
             straight: false,
             spd_counts: options.spd_counts,
@@ -187,7 +200,7 @@ fn seen_around(description: &Description, pictures: &Pictures) -> (Rgb, Option<E
         return (description.background.0, None);
     };
     let mipmap = match (image, sky) {
-        (Some(image), _) => pictures.get(image, Meaning::Color),
+        (Some(image), _) => pictures.get(image, Meaning::Radiance),
         (None, Some(sky)) => Arc::new(clear_sky(sky.zenith.0, sky.horizon.0, sky.ground.0)),
         (None, None) => studio(),
     };
@@ -243,7 +256,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            materials: all().map(|m| material(m, pictures, &description.film)).collect(),
+            materials: all().map(|m| material(m, pictures, description)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
             usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },
@@ -497,10 +510,10 @@ pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
     (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
 }
 
-fn material<R: Real>(material: &d::Material, pictures: &Pictures, film: &d::Film) -> Material<R> {
+fn material<R: Real>(material: &d::Material, pictures: &Pictures, scene: &Description) -> Material<R> {
     if let Some(described) = &material.pbr {
-        let mut material = pbr::material(described, pictures);
-        pbr::show_unlit(&mut material, film);
+        let mut material = pbr::material(described, pictures, pbr::traces_light(&scene.render));
+        pbr::show_unlit(&mut material, &scene.film);
         return material;
     }
     let (ambient, diffuse, textures) = textures(material, pictures);

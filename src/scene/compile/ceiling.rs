@@ -119,6 +119,7 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
     let (ambient, diffuse) = colors(material);
     let specular = wide(material.specular);
     let mut adds = wide(material.emission) + ambient * wide(world.ambient) + diffuse * around(world);
+    adds += diffuse * looked_for(world);
     for (light, strength) in world.lights.iter().zip(irradiance) {
         adds += wide(light.color) * strength[m] * (diffuse + specular);
     }
@@ -129,12 +130,20 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         // Grazing light is mirrored completely, and what is mirrored is not transmitted.
         Fresnel::Conductor | Fresnel::Layered => (r_s + r_t).max(Rgb::ONE),
     };
+    // Scattered light is gathered by a ray.
+    let sends = if world.rules.traces_light() { sends + diffuse } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 
 /// The most that light from the surroundings is.
 fn around<R: Real>(world: &World<R>) -> Rgb {
     world.surroundings.as_ref().map_or(Rgb::ZERO, |surroundings| Rgb::from_array(surroundings.most()))
+}
+
+/// The most that light is which is looked for: no sample of it is more than the brightest of it on a lobe's whole share.
+fn looked_for<R: Real>(world: &World<R>) -> Rgb {
+    let bright = world.bright_directions.as_ref().map_or(Rgb::ZERO, |bright| Rgb::from_array(bright.most()));
+    bright + world.emitters.as_ref().map_or(Rgb::ZERO, |emitters| Rgb::from_array(emitters.most()))
 }
 
 /// Lobes reflect at most as much of light from all around as arrives, and send on at most as much. Of a light they reflect any
@@ -145,7 +154,7 @@ fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
     let name = description.materials.get_index(m).map(|(name, _)| name);
     let mut adds = wide(material.emission);
     if material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit) {
-        adds += wide(world.ambient) + around(world);
+        adds += wide(world.ambient) + around(world) + looked_for(world);
         for (light, strength) in world.lights.iter().zip(irradiance) {
             adds += wide(light.color) * strength[m] * BRIGHTEST;
         }

@@ -6,6 +6,7 @@ mod camera;
 mod ceiling;
 mod contact;
 mod effects;
+mod emitters;
 mod extent;
 mod hidden;
 mod known;
@@ -153,8 +154,7 @@ impl Scene {
     /// be followed later, and the pixels of a packet may defer rays.
     pub fn stack_bytes(&self) -> u64 {
         fn of_world<R: Real>(world: &World<R>) -> u64 {
-            let followed =
-                world.reflects || world.transmits || world.angular || world.effects.has(Effect::ColorBleeding);
+            let followed = world.reflects || world.transmits || world.angular || gathers(world);
             let deferred = match world.rules.pruning {
                 Pruning::Proved { .. } if followed => DEFERRED * u64::from(Pruning::MOST_DEFERRED),
                 _ => 0,
@@ -210,6 +210,8 @@ impl Scene {
                 + textures * (ALLOCATION + size_of::<Textures>())
                 + size_of_val(&world.lights[..])
                 + world.surroundings.as_ref().map_or(0, |surroundings| surroundings.bytes())
+                + world.bright_directions.as_ref().map_or(0, |bright| bright.bytes())
+                + world.emitters.as_ref().map_or(0, |emitters| emitters.bytes())
                 + world.light_cells.as_ref().map_or(0, |cells| cells.bytes())
         }
         let world = match &self.world {
@@ -224,6 +226,11 @@ impl Scene {
         let warnings: usize = self.warnings.iter().map(warning).sum();
         size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + effects + warnings
     }
+}
+
+/// Whether surfaces send rays for what they scatter.
+fn gathers<R: Real>(world: &World<R>) -> bool {
+    world.effects.has(Effect::ColorBleeding) || world.effects.has(Effect::GlobalIllumination)
 }
 
 /// What is said about a world.

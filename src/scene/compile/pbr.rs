@@ -6,7 +6,9 @@ use super::textures::wrap;
 use crate::film::ToneMapping;
 use crate::lanes::Real;
 use crate::math::{self, Rgb};
-use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Factor, TexelChannel, Textured, UvTransform};
+use crate::scene::description::{
+    self as d, AlphaMode, Color, Enlarged, Factor, Fidelity, RenderSettings, TexelChannel, Textured, UvTransform,
+};
 use crate::scene::pictures::{Meaning, Pictures, number_of};
 use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
@@ -18,7 +20,13 @@ use crate::shading::texture::mipmap::Sampler;
 use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
-pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures) -> Material<R> {
+/// Whether rays bring light to the lobes of a scene's surfaces.
+pub(super) fn traces_light(render: &RenderSettings) -> bool {
+    render.fidelity == Fidelity::Faithful && render.max_depth != Some(1)
+}
+
+/// `traced`: whether rays bring light to its lobes.
+pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced: bool) -> Material<R> {
     if described.shadow_catcher {
         // Nothing of it is there until a shadow falls on it, and that is black.
         let clear = d::Pbr {
@@ -26,7 +34,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures) -> Mate
             opacity: Some(Box::new(d::Opacity { alpha: d::Channel::Value(0.0), mode: AlphaMode::Blend, cutoff: 0.0 })),
             ..d::Pbr::default()
         };
-        let mut material = material(&clear, pictures);
+        let mut material = material(&clear, pictures, false);
         material.emission = narrow_rgb(Rgb::ZERO);
         if let Some(pbr) = &mut material.pbr {
             (pbr.dark, pbr.catches_shadows) = (true, true);
@@ -64,7 +72,8 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures) -> Mate
         bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
     let most = Most::of(&pbr);
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
-    let (mirrors, passing) = (most.mirrors(&pbr), most.passing(&pbr));
+    let (mirrors, passing) = (most.mirrors(&pbr) || (traced && !pbr.unlit), most.passing(&pbr));
+    let rough = if traced && !pbr.unlit { most.most(&pbr.roughness).powi(2) } else { 0.0 };
     Material {
         ambient: Some(BaseColor::Uniform(white(!pbr.unlit))),
         diffuse: BaseColor::Uniform(narrow_rgb(most.scattered(&pbr))),
@@ -73,7 +82,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures) -> Mate
         reflection: white(mirrors),
         transmission: narrow_rgb(passing),
         ior: R::from_f64(described.ior),
-        alpha: R::from_f64(0.0),
+        alpha: R::from_f64(rough),
         dispersion: R::from_f64((described.ior - 1.0) * described.dispersion / 20.0),
         absorption: described.attenuation.filter(|_| !described.thin).map_or([R::from_f64(0.0); 3], absorption),
         emission: narrow_rgb(if pbr.unlit { most.base } else { most.emissive }),

@@ -38,7 +38,7 @@ pub use object::{
 };
 pub use pbr::{AlphaMode, Attenuation, Opacity, Pbr};
 pub use render::{
-    Accuracy, DEFAULT_MAX_DEPTH, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
+    Accuracy, DEFAULT_MAX_DEPTH, Fidelity, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
 };
 pub use texture::{
     Bump, Environment, EnvironmentLight, Gradient, Grain, ImageMap, Mapping, Noise, NormalMap, Planar, PlanarAxes,

@@ -1,5 +1,6 @@
 //! How to render.
 
+use super::is_default;
 use super::object::{is_false, is_true};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,19 @@ pub enum Shadows {
     Transmissive,
     /// No shadow rays at all.
     None,
+}
+
+/// How light gets from everywhere to surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Fidelity {
+    /// Without rays: ambient light, or the surroundings, scattered and blurred, which nothing in the scene hides. No sample is
+    /// needed.
+    #[default]
+    Fast,
+    /// By rays: surfaces scatter and reflect what other surfaces, what glows and the surroundings send them, again and again, and
+    /// bodies hide it. Each sample chooses a direction for each lobe.
+    Faithful,
 }
 
 /// Floating-point format of the whole trace.
@@ -114,7 +128,7 @@ pub struct RenderSettings {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_weight: Option<f64>,
     /// Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough
-    /// surfaces, a lens, motion, dispersion, color bleeding) each pixel then gets 8 to 256, until it is likely within 1.5 codes
+    /// surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes
     /// of the mean of all; with an alpha channel 64.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1024))]
@@ -127,6 +141,10 @@ pub struct RenderSettings {
     /// directly, in mirrors or through glass. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub color_bleeding: bool,
+    /// How light gets from everywhere to surfaces. `"faithful"` replaces ambient light, `color_bleeding` and `occlusion`, and what
+    /// glows then lights other bodies. Default `"fast"`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fidelity: Fidelity,
     /// Whether a checkerboard is averaged over what each ray covers of it, so that it fades to grey far away. Images and noise
     /// always are. Default true.
     #[serde(skip_serializing_if = "is_true")]
@@ -148,6 +166,7 @@ impl Default for RenderSettings {
             antialias: true,
             shadows: Shadows::default(),
             color_bleeding: false,
+            fidelity: Fidelity::default(),
             filter_checkers: true,
             precision: Precision::default(),
             accuracy: None,

@@ -164,8 +164,8 @@ pub struct NormalMap {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Environment {
-    /// Equirectangular PNG, JPEG or WebP, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file
-    /// beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
+    /// Equirectangular PNG, JPEG, WebP, Radiance HDR or OpenEXR, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the
+    /// name of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub image: Option<String>,
     /// A clear sky over dull ground: `{}` for its colours by day.
@@ -195,7 +195,7 @@ pub enum EnvironmentLight {
     #[default]
     None,
     /// Surfaces scatter its light and rough `pbr` materials reflect it, blurred. It takes no sample, and nothing in the scene hides
-    /// it from them.
+    /// it from them. With `fidelity` `"faithful"` rays bring it whatever is said here.
     Fast,
 }
 

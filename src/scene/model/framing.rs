@@ -256,7 +256,9 @@ mod tests {
         for (view, aspect) in
             [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
         {
-            let Camera::Pinhole(camera) = framed(&model, middle, view.parse().unwrap(), aspect) else { panic!("a pinhole") };
+            let Camera::Pinhole(camera) = framed(&model, middle, view.parse().unwrap(), aspect) else {
+                panic!("a pinhole")
+            };
             let seen = seen(&camera, aspect, &points);
             let most = seen.iter().flatten().fold(0.0_f64, |most, at| most.max(at.abs()));
             assert!((most - FILLED).abs() < 1e-9, "{view}: {most}");
@@ -309,7 +311,9 @@ mod tests {
     fn a_flat_model_seen_from_its_edge_is_in_front_of_the_camera() {
         let points = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]];
         let model = model(&points);
-        let Camera::Pinhole(camera) = framed(&model, middle(&model), "front".parse().unwrap(), 1.0) else { panic!("a pinhole") };
+        let Camera::Pinhole(camera) = framed(&model, middle(&model), "front".parse().unwrap(), 1.0) else {
+            panic!("a pinhole")
+        };
         assert!(camera.eye[2] > 2.0 && camera.look_at[2] == 1.0, "{camera:?}");
     }
 }

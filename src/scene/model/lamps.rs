@@ -5,7 +5,8 @@ use super::{LightChoice, ModelOptions};
 use crate::math::{self, Rgb};
 use crate::models::{Lamp, LampKind, Subject, Warning};
 use crate::scene::description::{
-    Camera, Color, DirectionalLight, Environment, Falloff, Light, PointLight, SpotLight, WindowedFalloff,
+    AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Fidelity, Light, PointLight, SpotLight,
+    WindowedFalloff,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -16,6 +17,9 @@ const BESIDE_KEY: f64 = 0.8;
 const KEY: f64 = 0.5;
 /// Intensity of the studio beside the lamps of a file, as a part of theirs if they are bright: more washes out their colors.
 const BESIDE_LAMPS: f64 = 0.2;
+
+/// Angle of the soft key light in degrees: a window, two of its widths away.
+const SOFT: f64 = 15.0;
 
 /// What lights a model.
 pub(super) struct LitBy {
@@ -28,14 +32,20 @@ pub(super) struct LitBy {
 }
 
 /// The lights of the scene. The radiance of a white surface is a light's illuminance divided by pi.
-pub(super) fn lights(lamps: &[Lamp], options: &ModelOptions, camera: &Camera, warnings: &mut Vec<Warning>) -> LitBy {
+pub(super) fn lights(
+    lamps: &[Lamp],
+    options: &ModelOptions,
+    camera: &Camera,
+    fidelity: Fidelity,
+    warnings: &mut Vec<Warning>,
+) -> LitBy {
     let middle = DVec3::from_array(camera.view().look_at);
     let choice = options.light.unwrap_or_default();
     let has_lamps = !lamps.is_empty();
     let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
     if !own {
         return LitBy {
-            lights: vec![key(camera)],
+            lights: vec![key(camera, fidelity)],
             surroundings: Some(surroundings(camera, BESIDE_KEY)),
             is_studio: true,
             exposure: 0.0,
@@ -97,8 +107,9 @@ fn light(lamp: &Lamp) -> Light {
     }
 }
 
-/// A light from the upper left of the camera, as much from its side as from above: tops are lit by the studio.
-fn key(camera: &Camera) -> Light {
+/// A light from the upper left of the camera, as much from its side as from above: tops are lit by the studio. It is soft where each
+/// sample chooses a point of it anyway.
+fn key(camera: &Camera, fidelity: Fidelity) -> Light {
     let view = camera.view();
     let [eye, look_at, up] = [view.eye, view.look_at, view.up].map(DVec3::from_array);
     let back = (eye - look_at).try_normalize().unwrap_or(DVec3::Z);
@@ -106,7 +117,8 @@ fn key(camera: &Camera) -> Light {
     let over = back.cross(right);
     let to_light = -0.5 * right + 0.7 * over + 0.7 * back;
     let direction = (-to_light).to_array();
-    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: KEY, area: None })
+    let area = (fidelity == Fidelity::Faithful).then_some(AngularArea { angle_deg: SOFT });
+    Light::Directional(DirectionalLight { direction, color: Color::WHITE, intensity: KEY, area })
 }
 
 fn warn(warnings: &mut Vec<Warning>, subject: Subject, what: &'static str, detail: String) {

@@ -7,6 +7,7 @@ use crate::scene::check::is_closed;
 use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Material, Pbr, TexelChannel, Textured, Wraps};
 use crate::scene::limits::MAGNITUDE;
 use crate::scene::named::Named;
+use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -175,14 +176,24 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         let detail = "a clear coat follows the normals of the surface, not its own normal map";
         warnings.push(warning(Subject::Approximated, "clearcoat-normal", detail));
     }
-    let brightest = |material: &ModelMaterial| material.emissive.factor.iter().copied().fold(0.0, f64::max);
-    if any(|material| material.emissive.factor.iter().any(|channel| *channel > 1.0)) {
-        let most = materials.iter().map(brightest).fold(0.0, f64::max);
-        let detail = format!("bodies that glow (up to {most:.1}) light nothing else");
-        warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
-    }
     if any(|material| material.unlit) && !is_unlit(model) {
         let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
         warnings.push(warning(Subject::Approximated, "unlit", detail));
     }
+}
+
+/// What of its materials only rays can bring: said unless the fidelity is faithful.
+pub(super) fn without_rays(model: &Model) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let materials = &model.materials;
+    if materials.iter().any(|material| material.transmission.factor > 0.0 && material.roughness.factor > MIRROR) {
+        let detail = "rough glass does not spread the light that passes it, unless fidelity is faithful";
+        warnings.push(warning(Subject::Approximated, "rough-glass", detail));
+    }
+    let most = materials.iter().flat_map(|material| material.emissive.factor).fold(0.0, f64::max);
+    if most > 1.0 {
+        let detail = format!("bodies that glow (up to {most:.1}) light nothing else, unless fidelity is faithful");
+        warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
+    }
+    warnings
 }

@@ -180,7 +180,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     origin::moved_there(&mut model);
     let is_unlit = look::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
-    let mut of_look = Vec::new();
+    let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));
     let (materials, names) = look::materials(&mut model, "", &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions).bounds();
@@ -197,7 +197,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
         cameras: model.cameras,
         lamps: model.lamps,
         is_unlit,
-        warnings: [read, of_look],
+        warnings: [read, of_look, of_fast],
     };
     let seen = views.seen(&objects, &definitions, overrides)?;
     let (description, warnings) = views.described(seen, definitions, objects, materials);

@@ -7,7 +7,7 @@ use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Warning};
 use crate::scene::Overrides;
 use crate::scene::description::{
-    self as d, Camera, Description, Environment, FilmBackground, ImageSize, Light, Material, Object,
+    self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, Light, Material, Object,
 };
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems};
@@ -26,8 +26,8 @@ pub struct Views {
     pub(super) lamps: Vec<Lamp>,
     /// Whether nothing of it is lit, so that its colors are shown as they are.
     pub(super) is_unlit: bool,
-    /// What was said when it was read, and what of its materials scenes cannot say.
-    pub(super) warnings: [Vec<Warning>; 2],
+    /// What was said when it was read, what of its materials scenes cannot say, and what of them only rays bring.
+    pub(super) warnings: [Vec<Warning>; 3],
 }
 
 /// A view.
@@ -53,9 +53,13 @@ impl Views {
         let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
         let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
         let camera = self.camera(&Placed::of(objects, definitions), options, aspect)?;
-        let [mut warnings, of_look] = self.warnings.clone();
-        let lit_by = lamps::lights(&self.lamps, options, &camera, &mut warnings);
+        let [mut warnings, of_look, of_fast] = self.warnings.clone();
+        let fidelity = overrides.fidelity.unwrap_or_default();
+        let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
         warnings.extend(of_look);
+        if fidelity == Fidelity::Fast {
+            warnings.extend(of_fast);
+        }
         // From below it would be between the camera and the model.
         let is_above = camera.view().eye[1] > camera.view().look_at[1];
         Ok(Seen {

@@ -129,6 +129,29 @@ impl Mipmap {
         self.texels().fold([f32::INFINITY; 3], least).map(f64::from)
     }
 
+    /// The mean light of the cells of a grid, no finer than the texels, of a picture that repeats across: the sum of the channels, row
+    /// by row from the top. Between texels lookups are linear, so an eighth of each texel lies in each of its neighbours.
+    pub fn light(&self, columns: usize, rows: usize) -> Vec<f64> {
+        let Level { width, height, .. } = &self.levels[0];
+        let sum = |texel: [f32; 3]| texel.iter().map(|channel| f64::from(*channel)).sum::<f64>();
+        let bright: Vec<f64> = self.texels().map(sum).collect();
+        let spread = |before: f64, here: f64, after: f64| 0.125 * before + 0.75 * here + 0.125 * after;
+        let across = |x: usize, y: usize| {
+            let at = |x: usize| bright[y * width + x % width];
+            spread(at(x + width - 1), at(x), at(x + 1))
+        };
+        let (mut sums, mut counts) = (vec![0.0; columns * rows], vec![0_u32; columns * rows]);
+        for y in 0..*height {
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            for x in 0..*width {
+                let cell = y * rows / height * columns + x * columns / width;
+                sums[cell] += spread(across(x, above), across(x, y), across(x, below));
+                counts[cell] += 1;
+            }
+        }
+        sums.iter().zip(counts).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> [f64; 3] {
         self.texel(self.levels.len() - 1, 0, 0).map(f64::from)

@@ -136,7 +136,7 @@ impl UvMapping {
 
 /// The angles of some points (x, y) from the x axis.
 #[inline(always)]
-pub(super) fn angles<W: Double>(s: W::Simd, y: W, x: W, lanes: u32) -> W {
+pub(in crate::shading) fn angles<W: Double>(s: W::Simd, y: W, x: W, lanes: u32) -> W {
     let mut angles = [0.0; MAX_LANES];
     for lane in lanes_of(lanes) {
         angles[lane] = math::atan2(y.lane(lane), x.lane(lane));

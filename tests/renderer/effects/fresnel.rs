@@ -155,3 +155,41 @@ fn materials_that_ask_for_nothing_are_left_alone() {
 fn other_names_are_refused() {
     assert_eq!(problems(&onto(0.0, quad(), json!({ "fresnel": "schlick" }), 0.0)), ["/materials/it/fresnel"]);
 }
+
+/// Normals that lean around the rim of a pane and are upright far below, as files of other programs have them, shut no light in: in
+/// surroundings of one colour clear glass shows that colour. Light that did not leave the pane would be cut off after ten rays.
+#[test]
+fn glass_with_leaning_normals_shuts_no_light_in() {
+    let (mut vertices, mut normals, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for (height, lean) in [(-3.0, 0.0), (0.0, 0.0), (1.0, 0.45_f64)] {
+        for (x, side) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+            vertices.push([x, height, 0.03 * side]);
+            normals.push([0.0, lean, (1.0 - lean * lean).sqrt() * side]);
+        }
+    }
+    let mut quad = |[a, b, c, d]: [u32; 4]| faces.extend([[a, b, c], [a, c, d]]);
+    for row in [0, 4] {
+        for side in [[1, 3, 7, 5], [2, 0, 4, 6], [0, 1, 5, 4], [3, 2, 6, 7]] {
+            quad(side.map(|corner: u32| corner + row));
+        }
+    }
+    quad([9, 11, 10, 8]);
+    quad([0, 2, 3, 1]);
+    for material in [
+        json!({ "diffuse": 0, "transmission": 1, "reflection": 1, "ior": 1.5, "fresnel": "dielectric" }),
+        json!({ "pbr": { "metallic": 0, "roughness": 0, "transmission": 1 } }),
+    ] {
+        let scene = json!({
+            "version": 1, "image": { "width": 24, "height": 24 },
+            "camera": { "pinhole": { "eye": [0, 3, 6], "look_at": [0, 0.5, 0], "vfov_deg": 8 } },
+            "background": 1, "ambient": 0, "lights": [], "materials": { "glass": material },
+            "objects": [{ "mesh": { "vertices": vertices, "normals": normals, "faces": faces, "material": "glass" } }],
+            "render": { "max_depth": 10, "min_weight": 0.001, "antialias": false }
+        });
+        for precision in ["single", "double"] {
+            for pixel in pixels(scene.clone(), precision) {
+                assert!(pixel[0] > 0.9, "{pixel:?}");
+            }
+        }
+    }
+}

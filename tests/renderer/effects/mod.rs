@@ -11,6 +11,7 @@ mod convergence;
 mod emission;
 mod environment;
 mod environment_light;
+mod faithful;
 mod film;
 mod fog;
 mod fresnel;

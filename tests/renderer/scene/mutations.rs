@@ -21,6 +21,7 @@ const SMALL: Overrides = Overrides {
     accuracy: None,
     samples: Some(1),
     antialias: Some(false),
+    fidelity: None,
     precision: None,
     seen_from: None,
     nff: NffOptions { two_sided: false, spd_counts: false },

@@ -34,6 +34,7 @@ class Settings(TypedDict, total=False):
     accuracy: str
     samples: int
     antialias: bool
+    fidelity: Literal["fast", "faithful"]
     precision: Literal["single", "double"]
     #: `scene`, `transparent`, or a color as `rrggbb`.
     background: str

@@ -8,7 +8,7 @@ use crate::lanes::Real;
 use crate::scene::description::Pbr;
 use crate::scene::effects::MAX_POINTERS;
 use crate::scene::problem::push_token;
-use crate::shading::lobes::MIRROR;
+use crate::shading::lobes::{MIRROR, NARROWEST};
 use crate::words::list;
 
 /// Codes that one mirror ray is off by roughness, of metals and of what is none.
@@ -35,10 +35,31 @@ pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Sai
             false => Said::asked("only materials that no object uses ask for it", pointers(&unseen)),
         };
     }
+    let traced = facts.world.rules.traces_light();
     let lit_by_surroundings = facts.world.surroundings.is_some();
-    let told =
-        seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| format!("{name}: {}", how(pbr, lit_by_surroundings)));
+    let told = seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| {
+        let how = if traced { by_rays(pbr) } else { how(pbr, lit_by_surroundings) };
+        format!("{name}: {how}")
+    });
     Said::asked(told.collect::<Vec<_>>().join("; "), pointers(&seen))
+}
+
+/// How a material is done where rays bring light.
+fn by_rays(pbr: &Pbr) -> String {
+    if pbr.shadow_catcher || pbr.unlit {
+        return how(pbr, false);
+    }
+    let mut parts = vec!["highlights of lights in closed form".to_owned(), "rays for what is scattered".to_owned()];
+    let roughness = pbr.roughness.factor();
+    parts.push(match pbr.roughness.textured() {
+        None if roughness * roughness <= NARROWEST => format!("mirror rays for roughness {roughness}"),
+        None => format!("rays by GGX facets for roughness {roughness}"),
+        Some(_) => "rays by GGX facets of the roughness in the picture".to_owned(),
+    });
+    if pbr.clearcoat.factor() > 0.0 {
+        parts.push("rays of its own for the lacquer".to_owned());
+    }
+    list(parts.into_iter(), "and")
 }
 
 /// How a material is done.

@@ -1,12 +1,15 @@
 //! Effects that are means over choices.
 
 use super::light::by_light;
-use super::rule::{Facts, OfMaterial, Rule, Said};
+use super::rule::{Facts, OfMaterial, Rule, Said, is_some};
 use crate::camera::Camera;
 use crate::lanes::Real;
+use crate::scene::compile::unseen::scatters;
 use crate::scene::description::{self as d, Area, Light};
-use crate::scene::effects::Effect;
+use crate::scene::effects::{Effect, MAX_POINTERS};
+use crate::scene::problem::push_token;
 use crate::scene::usage::Used;
+use crate::scene::world::World;
 use crate::shading::material::{Fresnel, Material};
 
 pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
@@ -16,7 +19,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::of_material(
             Effect::Gloss,
             OfMaterial {
-                asks: |material| (material.roughness > 0.0).then_some("roughness"),
+                asks: |material| match &material.pbr {
+                    Some(_) => None,
+                    None => (material.roughness > 0.0).then_some("roughness"),
+                },
                 shows: |material, _| material.alpha > R::from_f64(0.0) && (material.mirrors() || material.transmits()),
                 follows: true,
                 on: "rough surfaces scatter what they reflect and transmit: each sample chooses a facet",
@@ -49,7 +55,22 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             .without(|world| world.usage.moves = false),
         Rule::new(Effect::ColorBleeding, |world| world.rules.gathers(), color_bleeding)
             .without(|world| world.rules.color_bleeding = false),
+        Rule::new(Effect::GlobalIllumination, traces_light, global_illumination),
+        Rule::new(
+            Effect::EnvironmentSampling,
+            |world| world.bright_directions.is_some() && traces_light(world),
+            environment_sampling,
+        )
+        .without(|world| world.bright_directions = None),
+        Rule::new(Effect::EmitterSampling, |world| world.emitters.is_some() && traces_light(world), emitter_sampling)
+            .without(|world| world.emitters = None),
     ]
+}
+
+/// Whether rays bring light to surfaces that scatter or reflect it.
+fn traces_light<R: Real>(world: &World<R>) -> bool {
+    let takes_part = |material: &Material<R>| scatters(material) || material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit);
+    world.rules.traces_light() && world.has_material(|material, _| takes_part(material))
 }
 
 /// Whether bodies of a material split light: by bending it, which sheets do not, and in hollow bodies there is nothing; or by a
@@ -109,6 +130,10 @@ fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     let because = "/render/color_bleeding";
     match facts.description.render.color_bleeding {
         false => Said::off("not asked for: interreflection is the ambient light"),
+        true if facts.world.rules.faithful => Said::asked_at(
+            "fidelity \"faithful\" brings light from surface to surface, and not once only",
+            "/render/fidelity",
+        ),
         true if on => {
             Said::asked_at("surfaces gather what others scatter, once: each sample chooses a direction", because)
         }
@@ -117,4 +142,49 @@ fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         }
         true => Said::asked_at("all diffuse colours are black: there is nothing to gather", because),
     }
+}
+
+fn global_illumination<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    let because = "/render/fidelity";
+    let faithful = facts.description.render.fidelity == d::Fidelity::Faithful;
+    match (faithful, on) {
+        (false, _) => Said::off("fidelity is \"fast\": light from everywhere needs no rays"),
+        (true, true) => Said::asked_at(
+            "rays bring surfaces the light of others, of what glows and of the surroundings: each sample chooses a direction for \
+             each lobe",
+            because,
+        ),
+        (true, false) if facts.world.rules.max_depth == 1 => {
+            Said::asked_at("max_depth is 1: only camera rays are followed", because)
+        }
+        (true, false) => Said::asked_at("no surface scatters or reflects what rays would bring", because),
+    }
+}
+
+fn environment_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        let reason = "each sample looks for one bright direction of the environment, and shares what it finds with the rays of lobes";
+        return Said::asked_at(reason, "/environment");
+    }
+    Said::off(match facts.description.environment {
+        None => "the scene has no environment",
+        Some(_) if facts.description.render.fidelity == d::Fidelity::Fast => "fidelity is \"fast\"",
+        Some(_) => "the environment has one colour, is hidden or is behind fog: no direction is brighter",
+    })
+}
+
+fn emitter_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+    if on {
+        let glowing = facts.description.materials.iter().filter(|(_, material)| match &material.pbr {
+            Some(pbr) => is_some(pbr.emissive.factor()),
+            None => is_some(material.emission),
+        });
+        let because = glowing.map(|(name, _)| push_token("/materials", name)).take(MAX_POINTERS).collect();
+        let reason = "each sample looks for one point of what glows, and shares what it finds with the rays of lobes";
+        return Said::asked(reason, because);
+    }
+    Said::off(match facts.description.render.fidelity {
+        d::Fidelity::Fast => "fidelity is \"fast\": what glows is seen, and lights nothing",
+        d::Fidelity::Faithful => "no triangle, box or ball glows alike everywhere: rays find what glows by chance",
+    })
 }

@@ -19,7 +19,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::new(Effect::AmbientLight, |world| shows(world.ambient), ambient).without(|world| world.ambient = black()),
         Rule::new(
             Effect::DiffuseReflection,
-            |world| (world.is_lit() || world.rules.gathers()) && diffuse_materials().is_on(world),
+            |world| {
+                let arrives = world.is_lit() || world.rules.gathers() || world.rules.traces_light();
+                arrives && diffuse_materials().is_on(world)
+            },
             diffuse,
         )
         .without(|world| world.materials.iter_mut().for_each(forget_diffuse)),
@@ -60,9 +63,13 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         .without(|world| world.materials.iter_mut().for_each(|material| material.emission = black())),
         Rule::new(Effect::Fog, |world| world.fog.is_some(), fog).without(|world| world.fog = None),
         Rule::new(Effect::EnvironmentMap, |world| world.environment.is_some(), environment)
-            .without(|world| world.environment = None),
-        Rule::new(Effect::EnvironmentLight, |world| world.surroundings.is_some(), environment_light)
-            .without(|world| world.surroundings = None),
+            .without(|world| (world.environment, world.bright_directions) = (None, None)),
+        Rule::new(
+            Effect::EnvironmentLight,
+            |world| world.surroundings.is_some() && !world.rules.faithful,
+            environment_light,
+        )
+        .without(|world| world.surroundings = None),
         Rule::new(
             Effect::SpotLights,
             |world| world.lights.iter().any(|light| shows(light.color) && matches!(light.source, Source::Spot { .. })),
@@ -83,6 +90,9 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
 fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     match is_some(facts.description.ambient) {
         true if on => Said::asked_at("the scene has ambient light", "/ambient"),
+        true if facts.world.rules.faithful => {
+            Said::asked_at("what rays bring surfaces takes its place", "/render/fidelity")
+        }
         true if facts.description.render.color_bleeding => {
             Said::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
         }
@@ -281,6 +291,9 @@ fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
             Said::off("the environment is seen, and lights nothing: environment.light is \"none\"")
         }
         None => Said::off("the scene has no environment"),
+        Some(_) if facts.world.rules.faithful => {
+            Said::asked_at("rays bring the light of the environment", "/render/fidelity")
+        }
         Some(_) if on => Said::asked_at(
             "surfaces scatter the light of the environment, by 9 coefficients, about 0.5 codes off, and rough ones reflect it \
              blurred; nothing hides it from them. What is proved about rays holds for that light, not for its error",

@@ -15,7 +15,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             Effect::Reflection,
             OfMaterial {
                 asks: |material| match material.fresnel {
-                    _ if material.pbr.is_some() => asked(material, mirrors),
+                    _ if material.pbr.is_some() => asked(material, |pbr| !pbr.unlit),
                     _ if is_some(material.reflection) => Some("reflection"),
                     d::Fresnel::Conductor => Some("fresnel"),
                     _ => None,

@@ -60,9 +60,27 @@ fn is_black(color: &Value) -> bool {
     color.is_null() || rgb(color) == [0.0; 3]
 }
 
+/// Effects that no material asks for.
+const OF_SCENES: [Effect; 9] = [
+    Effect::Shadows,
+    Effect::Fog,
+    Effect::SpotLights,
+    Effect::LightFalloff,
+    Effect::SoftShadows,
+    Effect::DepthOfField,
+    Effect::AlphaChannel,
+    Effect::ToneMapping,
+    Effect::Antialiasing,
+];
+
 /// Writes a description, in which every default is written down, without an effect. False where that is no matter of one
 /// effect alone.
 fn switch_off(scene: &mut Value, effect: Effect) -> bool {
+    // Keys of `pbr` each ask for several effects.
+    let mut materials = scene["materials"].as_object().into_iter().flatten();
+    if materials.any(|(_, material)| !material["pbr"].is_null()) && !OF_SCENES.contains(&effect) {
+        return false;
+    }
     match effect {
         Effect::AmbientLight => scene["ambient"] = json!(0),
         Effect::DiffuseReflection => {
@@ -141,6 +159,9 @@ fn switch_off(scene: &mut Value, effect: Effect) -> bool {
         | Effect::SmoothNormals
         | Effect::Instancing
         | Effect::SpecialProjection
+        | Effect::GlobalIllumination
+        | Effect::EnvironmentSampling
+        | Effect::EmitterSampling
         | Effect::DoublePrecision => return false,
         // One key of materials asks for it.
         _ => {

@@ -69,6 +69,7 @@ impl<R: Real> Told<'_, R> {
     fn of(&self, effect: Effect) -> Option<bool> {
         let (world, zero) = (self.world, R::from_f64(0.0));
         let gathers = world.rules.color_bleeding && world.rules.max_depth > 1;
+        let traces = world.rules.faithful && world.rules.max_depth > 1;
         let transmissive = world.rules.shadows == Some(Blockers::Transmissive);
         let absorbs = |m: &Material<R>, used: Used| {
             used.filled && bright(m.absorption) && (bright(m.transmission) || used.around_eye)
@@ -81,7 +82,9 @@ impl<R: Real> Told<'_, R> {
         };
         Some(match effect {
             Effect::AmbientLight => bright(world.ambient),
-            Effect::DiffuseReflection => (self.light(|_| true) || gathers) && self.any(|m, _| shines(&m.diffuse)),
+            Effect::DiffuseReflection => {
+                (self.light(|_| true) || gathers || traces) && self.any(|m, _| shines(&m.diffuse))
+            }
             Effect::Highlights => self.light(|_| true) && self.any(|m, _| bright(m.specular)),
             Effect::Shadows => world.rules.shadows.is_some(),
             Effect::TransmissiveShadows => transmissive && self.any(|m, _| bright(m.transmission)),
@@ -113,7 +116,7 @@ impl<R: Real> Told<'_, R> {
             Effect::BumpMapping => self.has_bump(|bump| !matches!(bump, BumpMap::Normals { .. })),
             Effect::NormalMapping => self.has_bump(|bump| matches!(bump, BumpMap::Normals { .. })),
             Effect::EnvironmentMap => world.environment.is_some(),
-            Effect::EnvironmentLight => world.surroundings.is_some(),
+            Effect::EnvironmentLight => world.surroundings.is_some() && !world.rules.faithful,
             Effect::MetallicRoughness => self.any(|m, _| m.pbr.is_some()),
             Effect::ShadowCatcher => {
                 world.rules.shadows.is_some() && self.light(|_| true) && self.any(|m, _| m.catches_shadows())
@@ -137,6 +140,12 @@ impl<R: Real> Told<'_, R> {
             }
             Effect::DepthOfField => world.camera.lens().is_some(),
             Effect::ColorBleeding => gathers,
+            Effect::GlobalIllumination => {
+                let takes_part = |m: &Material<R>| shines(&m.diffuse) || m.pbr.as_ref().is_some_and(|pbr| !pbr.unlit);
+                traces && self.any(|m, _| takes_part(m))
+            }
+            Effect::EnvironmentSampling => traces && world.bright_directions.is_some(),
+            Effect::EmitterSampling => traces && world.emitters.is_some(),
             _ => return None,
         })
     }

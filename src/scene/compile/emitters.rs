@@ -1,0 +1,117 @@
+//! What glows, as lights that are looked for: the triangles, boxes and balls of materials that glow alike everywhere.
+
+use crate::lanes::Real;
+use crate::scene::description::{self as d, Description, Object};
+use crate::scene::transform::affine;
+use crate::scene::world::shows;
+use crate::shading::emitters::{Emitters, Form, Lamp};
+use crate::shading::material::Material;
+use glam::{DAffine3, DVec3};
+
+/// Most triangles and balls that are looked for, some 100 bytes each. Of more, rays find what glows by chance.
+const MOST: usize = 1 << 20;
+
+/// The lamps of a scene, if it has any. A material of which any body is none is left out: its glow is found by rays alone.
+pub(super) fn emitters<R: Real>(description: &Description, materials: &[Material<R>]) -> Option<Emitters> {
+    let glows = |(index, material): (usize, &Material<R>)| {
+        let described = description.materials.get_index(index).map(|(_, described)| described);
+        let alike = described.is_some_and(|described| !described.one_sided && is_alike(described));
+        alike && shows(material.emission)
+    };
+    let mut found = Found {
+        description,
+        glows: materials.iter().enumerate().map(glows).collect(),
+        radiance: materials.iter().map(|material| material.emission.map(Real::to_f64)).collect(),
+        lamps: Vec::new(),
+    };
+    if !found.glows.contains(&true) {
+        return None;
+    }
+    let all = found.walk(&description.objects, &DAffine3::IDENTITY, false);
+    let Found { glows, mut lamps, .. } = found;
+    lamps.retain(|lamp| glows[lamp.material]);
+    all.then(|| Emitters::new(lamps, materials.len())).flatten()
+}
+
+/// Whether all of a material glows alike, seen from anywhere.
+fn is_alike(material: &d::Material) -> bool {
+    material.pbr.as_ref().is_none_or(|pbr| {
+        let plain = pbr.emissive.textured().is_none() && pbr.opacity.is_none();
+        plain && !pbr.unlit && pbr.clearcoat.factor() == 0.0
+    })
+}
+
+/// What was found so far.
+struct Found<'a> {
+    description: &'a Description,
+    /// Whether the bodies of each material are lamps.
+    glows: Vec<bool>,
+    radiance: Vec<[f64; 3]>,
+    lamps: Vec<Lamp>,
+}
+
+impl Found<'_> {
+    /// Looks through objects that are placed by a map; false if there are too many.
+    fn walk(&mut self, objects: &[Object], map: &DAffine3, moves: bool) -> bool {
+        objects.iter().all(|object| self.take(object, map, moves) && self.lamps.len() <= MOST)
+    }
+
+    fn take(&mut self, object: &Object, map: &DAffine3, moves: bool) -> bool {
+        let placed = |transform: &d::Transform| *map * affine(transform).unwrap_or(DAffine3::IDENTITY);
+        let moving = |motion: Option<d::Motion>| moves || motion.is_some_and(|motion| motion.moves());
+        match object {
+            Object::Group(group) => {
+                return self.walk(&group.objects, &placed(&group.transform), moving(group.motion));
+            }
+            Object::Instance(instance) => {
+                let description = self.description;
+                let objects = description.definitions.get(&instance.of);
+                let map = placed(&instance.transform);
+                return objects.is_none_or(|objects| self.walk(objects, &map, moving(instance.motion)));
+            }
+            _ => {}
+        }
+        let name = object.look().and_then(|look| look.material);
+        let Some(material) = name.and_then(|name| self.description.materials.get_index_of(name)) else { return true };
+        if !self.glows[material] {
+            return true;
+        }
+        match forms(object, map).filter(|_| !moves) {
+            Some(forms) if self.lamps.len() + forms.len() <= MOST => {
+                let radiance = self.radiance[material];
+                self.lamps.extend(forms.into_iter().map(|form| Lamp { form, material, radiance }));
+                true
+            }
+            Some(_) => false,
+            None => {
+                self.glows[material] = false;
+                true
+            }
+        }
+    }
+}
+
+/// A body as forms of lamps; none if it is of another form.
+fn forms(object: &Object, map: &DAffine3) -> Option<Vec<Form>> {
+    let at = |point: [f64; 3]| map.transform_point3(DVec3::from_array(point));
+    let triangle = |corners: [[f64; 3]; 3]| Form::Triangle(corners.map(at));
+    Some(match object {
+        Object::Triangle(o) => vec![triangle(o.vertices)],
+        Object::Mesh(o) => {
+            let corner = |index: u32| o.vertices[index as usize];
+            o.faces.iter().map(|face| triangle(face.map(corner))).collect()
+        }
+        Object::Box(o) => {
+            let corner = |i: usize| [0, 1, 2].map(|c| if i >> c & 1 == 0 { o.min[c] } else { o.max[c] });
+            let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+            let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
+            sides.into_iter().flat_map(halves).map(|corners| triangle(corners.map(corner))).collect()
+        }
+        Object::Sphere(o) => {
+            // Those that are placed may be stretched.
+            let placed = *map != DAffine3::IDENTITY;
+            return (!placed).then(|| vec![Form::Sphere { center: at(o.center), radius: o.radius }]);
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,293 @@
+//! Light that rays bring to each lobe of a surface, and light of what is bright, which is looked for by itself: in each sample one
+//! direction of the surroundings and one point of what glows.
+//!
+//! What both may find is shared by the balance heuristic (Veach and Guibas, Optimally Combining Sampling Techniques for Monte Carlo
+//! Rendering, 1995): with a density p of the one and q of the other, the one counts p / (p + q) of it. Lobes share with the choice one
+//! by one, so no sample is more than its lobe would reflect of the brightest light.
+
+use super::hits::Hits;
+use super::kernel::Tracer;
+use super::lighting::SHADOW_SHARE;
+use super::observer::Observer;
+use super::opacity::left_by_holes;
+use super::ray_packet::{RayKind, RayPacket};
+use super::sampling::{Choice, child};
+use super::variants::Variant;
+use crate::accel::{Blockers, Coherence, Shape, transmittance};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
+use crate::ray::Rays;
+use crate::scene::effects::Effect;
+use crate::scene::world::{Pruning, World};
+use crate::shading::bright_directions::BrightDirections;
+use crate::shading::emitters::Emitters;
+use crate::shading::lobes::{Lobes, likely};
+use crate::shading::material::Coefficients;
+use crate::shading::microfacet::{unhidden, visible_facet};
+use crate::shading::optics::reflect;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// The part of the way to a point of a lamp that shadow rays ask for: the lamp itself hides nothing.
+const WAY: f64 = 1.0 - 1.0 / 1024.0;
+
+/// A direction for each lane from which light may come.
+struct Chosen<L: Lanes> {
+    dir: V3<L>,
+    /// How far the light is.
+    distance: L,
+    /// How likely the direction was, by solid angle.
+    density: L,
+    radiance: V3<L>,
+}
+
+/// The share of the one way to find a light of which both may find it.
+#[inline(always)]
+fn share<L: Lanes>(density: L, other: L) -> L {
+    density / (density + other)
+}
+
+/// What surfaces send to the rays of light that is looked for, weighted as the rays are.
+#[inline(never)]
+pub(super) fn light_looked_for<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
+) -> V3<L> {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || {
+            let (s, world) = (tracer.s, tracer.world);
+            let mut light = V3::splat(s, [L::Real::default(); 3]);
+            if let Some(bright) = &world.bright_directions {
+                let square = tracer.sampler.square(s, rays.path, Choice::Surroundings);
+                let chosen = direction(s, bright, square, hits.found);
+                light = light + arriving(tracer, rays, hits, coefficients, lobes, &chosen);
+            }
+            if let Some(emitters) = &world.emitters {
+                let square = tracer.sampler.square(s, rays.path, Choice::Emitter);
+                let chosen = point(s, emitters, hits.surface.point, square, hits.found);
+                light = light + arriving(tracer, rays, hits, coefficients, lobes, &chosen);
+            }
+            light
+        },
+    )
+}
+
+/// Numbers of what is chosen, lane by lane.
+type Numbers<L> = [[<L as Lanes>::Real; MAX_LANES]; 8];
+
+#[inline(always)]
+fn of_numbers<L: Lanes>(s: L::Simd, numbers: &Numbers<L>) -> Chosen<L> {
+    let [x, y, z, distance, density, red, green, blue] = numbers.each_ref();
+    Chosen {
+        dir: V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) },
+        distance: L::load(s, distance),
+        density: L::load(s, density),
+        radiance: V3 { x: L::load(s, red), y: L::load(s, green), z: L::load(s, blue) },
+    }
+}
+
+#[inline(always)]
+fn put<L: Lanes>(numbers: &mut Numbers<L>, lane: usize, of_lane: [f64; 8]) {
+    for (column, number) in numbers.iter_mut().zip(of_lane) {
+        column[lane] = L::Real::from_f64(number);
+    }
+}
+
+/// Directions of the surroundings for points of the unit square.
+#[inline(always)]
+fn direction<L: Lanes>(s: L::Simd, bright: &BrightDirections, [a, b]: [L; 2], lanes: u32) -> Chosen<L> {
+    let mut numbers: Numbers<L> = [[L::Real::default(); MAX_LANES]; 8];
+    for lane in lanes_of(lanes) {
+        let chosen = bright.choose([a.lane(lane).to_f64(), b.lane(lane).to_f64()]);
+        let ([x, y, z], [red, green, blue]) = (chosen.dir, chosen.radiance);
+        put::<L>(&mut numbers, lane, [x, y, z, f64::INFINITY, chosen.density, red, green, blue]);
+    }
+    of_numbers(s, &numbers)
+}
+
+/// Points of what glows.
+#[inline(always)]
+fn point<L: Lanes>(s: L::Simd, emitters: &Emitters, from: V3<L>, [a, b]: [L; 2], lanes: u32) -> Chosen<L> {
+    let mut numbers: Numbers<L> = [[L::Real::default(); MAX_LANES]; 8];
+    for lane in lanes_of(lanes) {
+        let place = DVec3::from_array(from.lane(lane).map(Real::to_f64));
+        let chosen = emitters.choose(place, [a.lane(lane).to_f64(), b.lane(lane).to_f64()]);
+        let ([x, y, z], [red, green, blue]) = (chosen.dir.to_array(), chosen.radiance);
+        put::<L>(&mut numbers, lane, [x, y, z, chosen.distance, chosen.density, red, green, blue]);
+    }
+    of_numbers(s, &numbers)
+}
+
+/// What surfaces send to the rays of the light from some directions, if nothing is in its way.
+#[inline(always)]
+fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
+    chosen: &Chosen<L>,
+) -> V3<L> {
+    let (s, world) = (tracer.s, tracer.world);
+    let (zero, over_pi) = (L::lit(s, 0.0), L::lit(s, 1.0 / PI));
+    let black = V3 { x: zero, y: zero, z: zero };
+    let (to_light, density) = (chosen.dir, chosen.density);
+    let cosine = hits.ns.dot(to_light);
+    let facing = hits.ng.dot(to_light).gt(zero) & cosine.gt(zero);
+    let lit = L::mask(s, hits.found) & facing & density.gt(zero) & density.lt(L::lit(s, f64::INFINITY));
+    let mut reflected = coefficients.diffuse * (cosine * share(density, cosine * over_pi));
+    if let Some(lobes) = lobes {
+        let [own, over] = lobes.glances(s, hits.ns, to_light, -rays.dir, cosine);
+        let (own_share, over_share) = (share(density, own.density), share(density, over.density));
+        let all = reflected + own.reflected * own_share + over.reflected * over_share;
+        reflected = V3::select(L::mask(s, lobes.lanes), all, reflected);
+    }
+    let radiance = reflected.times(chosen.radiance) * (over_pi / density);
+    let added = V3::select(lit, rays.weight.times(radiance), black);
+    let most = added.x.max(added.y).max(added.z);
+    let lit = lit & most.gt(zero);
+    let little = match tracer.pruning {
+        Pruning::Proved { .. } => tracer.may_skip_light(lit, added),
+        Pruning::Weight(_) => lit & !most.ge(tracer.certificate.min_weight * L::lit(s, SHADOW_SHARE)),
+    };
+    if little.any() {
+        tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
+        tracer.record_omitted_light(little, added);
+    }
+    let lit = lit & !little;
+    if !lit.any() {
+        return black;
+    }
+    tracer.counts.shadow += u64::from(lit.bits().count_ones());
+    tracer.count_lanes(lit.bits(), 0);
+    let t_max = chosen.distance * L::lit(s, WAY);
+    let shadow = Rays { origin: hits.surface.leave(hits.ng), dir: to_light, t_min: zero, t_max, active: lit };
+    // What passes bodies is found by rays, which they bend.
+    let has_holes = world.effects.has(Effect::Opacity);
+    let blockers = if has_holes { Blockers::Holed } else { Blockers::Opaque };
+    let (coherence, time) = (Coherence::Incoherent, hits.time.as_ref());
+    let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
+    if has_holes {
+        let open = lit & left.x.max(left.y).max(left.z).gt(zero);
+        left = left.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
+    }
+    V3::select(lit, added.times(left), black)
+}
+
+/// How much rays count of the surroundings that they see, where these are looked for, too.
+#[inline(never)]
+pub(super) fn share_of_surroundings<L: Lanes>(
+    s: L::Simd,
+    bright: &BrightDirections,
+    dir: V3<L>,
+    densities: L,
+    lanes: u32,
+) -> L {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let chosen = densities.gt(L::lit(s, 0.0)).bits() & lanes;
+            let mut others = [L::Real::default(); MAX_LANES];
+            for lane in lanes_of(chosen) {
+                others[lane] = L::Real::from_f64(bright.density(dir.lane(lane).map(Real::to_f64)));
+            }
+            L::select(L::mask(s, chosen), share(densities, L::load(s, &others)), L::lit(s, 1.0))
+        },
+    )
+}
+
+/// How much rays count of the glow of what they have hit, where it is looked for, too.
+#[inline(never)]
+pub(super) fn share_of_glow<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    emitters: &Emitters,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    densities: L,
+) -> L {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let chosen = densities.gt(L::lit(s, 0.0)).bits() & hits.found;
+            let (mut by_area, mut by_angle) = ([L::Real::default(); MAX_LANES], [L::Real::default(); MAX_LANES]);
+            for lane in lanes_of(chosen) {
+                let item = world.owner(hits.expanded.lane(lane)).item;
+                let material = item.material as usize;
+                let of_ball = match &item.shape {
+                    Shape::Sphere(ball) => {
+                        let center = DVec3::from_array(ball.center.map(Real::to_f64));
+                        let place = DVec3::from_array(rays.origin.lane(lane).map(Real::to_f64));
+                        emitters.density_of_ball(material, center, ball.radius.to_f64(), place)
+                    }
+                    _ => None,
+                };
+                match of_ball {
+                    Some(density) => by_angle[lane] = L::Real::from_f64(density),
+                    None => by_area[lane] = L::Real::from_f64(emitters.density(material)),
+                }
+            }
+            let facing = rays.dir.dot(hits.ng).abs();
+            let others = L::load(s, &by_area) * hits.t * hits.t / facing + L::load(s, &by_angle);
+            L::select(L::mask(s, chosen), share(densities, others), L::lit(s, 1.0))
+        },
+    )
+}
+
+/// Stacks the rays of lacquer, which has facets of its own.
+#[inline(never)]
+pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    lobes: &Lobes<L>,
+    number: u32,
+) {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || {
+            let s = tracer.s;
+            let zero = L::lit(s, 0.0);
+            let coated = lobes.lacquer.gt(zero).bits() & lobes.lanes & hits.found;
+            if coated == 0 {
+                return;
+            }
+            let weight = rays.weight * lobes.lacquer;
+            if rays.depth >= tracer.world.rules.max_depth {
+                tracer.record_omitted_rays(coated, weight, rays.depth + 1);
+                return;
+            }
+            let (n, width, to_eye) = (lobes.coat_ns, lobes.lacquer_facets, -rays.dir);
+            let rough = width.gt(zero);
+            let square = tracer.sampler.square(s, rays.path, Choice::Lacquer);
+            let facet = V3::select(rough, visible_facet(s, n, to_eye, width, square), n);
+            let dir = reflect(s, rays.dir, facet).normalized(s);
+            let above = (dir.dot(hits.ng).gt(zero) & dir.dot(n).gt(zero)).bits();
+            let kept = L::select(rough, unhidden(s, n, dir, width), L::lit(s, 1.0));
+            tracer.cones.chosen(L::select(rough, likely(s, n, dir, to_eye, width), zero));
+            tracer.push(RayPacket {
+                origin: hits.surface.leave(hits.ng),
+                dir,
+                t_min: zero,
+                weight: weight * kept,
+                active: coated & above,
+                media: rays.media,
+                depth: rays.depth + 1,
+                kind: RayKind::Reflected,
+                straight: false,
+                gathered: rays.gathered,
+                // Beside the ray that the surface below reflects.
+                path: child(!rays.path, RayKind::Reflected),
+                dispersed: rays.dispersed,
+                parent: number,
+            });
+        },
+    );
+}
