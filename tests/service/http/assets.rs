@@ -166,7 +166,7 @@ fn what_is_wrong_with_a_model_in_a_scene_is_said_with_its_place() {
     let wrong = with("materials", json!({ "Red": { "phong": 2 , "diffuse": [2, 0, 0]} }));
     assert_eq!(wrong["pointer"], "#/objects/0/model/materials/Red/phong");
     let wrong = with("materials", json!({ "Red": { "diffuse": [1e40, 0, 0] } }));
-    assert_eq!(wrong["pointer"], "#/objects/0/model/materials/Red/diffuse/0");
+    assert_eq!(wrong["pointer"], "#/objects/0/model/materials/Red/diffuse");
     assert!(with("animation", json!("Run"))["detail"].as_str().unwrap().contains("no animation Run"));
     assert_eq!(with("scene", json!(7))["pointer"], "#/objects/0/model/asset");
     let named = of(json!({ "model": { "asset": "duck.glb" } }));
