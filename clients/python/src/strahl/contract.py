@@ -245,7 +245,7 @@ Color: TypeAlias = "float | list[float] | str"
 
 
 # A value, or a picture times a value: {"factor": ..., "image": "..."}.
-ColorChannel: TypeAlias = "Color | dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], Color] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
+ColorChannel: TypeAlias = "Color | dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], Color] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
 
 
 # How a node is.
@@ -478,12 +478,16 @@ class EndedRay(TypedDict):
     why: str
 
 
+# What pixels of a picture look like where they are larger than those of the rendered one.
+Enlarged: TypeAlias = "Literal['smooth'] | Literal['nearest']"
+
+
 class Environment(TypedDict):
     """Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of
     `image`, `sky` and `studio`."""
 
-    # Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a
-    # file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
+    # Equirectangular PNG, JPEG or WebP, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name
+    # of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
     image: NotRequired[str | None]
     # Factor on its colours, at least 0. Default 1.
     intensity: NotRequired[float]
@@ -830,8 +834,9 @@ class ImageMap(TypedDict):
 
     # Mapping of the picture to the surface. Default `"uv"`.
     mapping: NotRequired[Mapping]
-    # PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read.
-    # Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not.
+    # PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the
+    # scene, where files may be read. Transparency is ignored. Decoders of JPEG may round differently on other
+    # processors; those of PNG do not.
     source: str
     # The texture beyond the edges of the picture. Default `"repeat"`.
     wrap: NotRequired[Wrap]
@@ -1267,6 +1272,10 @@ class Mesh(TypedDict):
     name: NotRequired[str | None]
     # Shading normals, one for each vertex; without them faces are flat.
     normals: NotRequired[list[list[float]] | None]
+    # For the normal map of a `pbr` material, one for each vertex: the direction in which the first texture
+    # coordinate grows, and 1 or -1, which turns the direction of the second. Default: as the texture coordinates
+    # say.
+    tangents: NotRequired[list[list[float]] | None]
     # Texture coordinates, one pair for each vertex.
     uvs: NotRequired[list[list[float]] | None]
     # Other texture coordinates, one pair for each vertex.
@@ -1359,7 +1368,7 @@ class NormalMap(TypedDict):
 
 
 # A value, or a picture times a value: {"factor": ..., "image": "..."}.
-NumberChannel: TypeAlias = "float | dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
+NumberChannel: TypeAlias = "float | dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
 
 
 # Things in a scene. `sphere`, `box`, `torus`, `mesh`, capped `cylinder` and `cone` and the half-space of a
@@ -1515,10 +1524,10 @@ class Pbr(TypedDict):
     # 1 for metals, 0 for all else. Default 1.
     metallic: NotRequired[NumberChannel]
     # Normals from a picture, as in `normal_map`; `factor` multiplies x and y. Default: none.
-    normal: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
+    normal: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
     # The share of the light from all around that reaches the surface: 1 + factor (texel - 1). It does not dim
     # lights. Default: all.
-    occlusion: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
+    occlusion: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
     # How much of the surface is there; light goes straight through the rest, and so do shadow rays. Default: all.
     opacity: NotRequired[Opacity | None]
     # Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1.
