@@ -5,7 +5,7 @@ use super::{ModelOptions, bodies, look, problems, read_upright};
 use crate::scene::Files;
 use crate::scene::assets;
 use crate::scene::description::{
-    Description, Instance, Material, ModelBodies, ModelPlace, Object, PlacedModel, ReadModels, Transform,
+    Description, Fidelity, Instance, Material, ModelBodies, ModelPlace, Object, PlacedModel, ReadModels, Transform,
 };
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
@@ -24,6 +24,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     let mut reader = Reader {
         files,
         prefix: free_prefix(description),
+        fidelity: description.render.fidelity,
         known: Vec::new(),
         definitions: Named::default(),
         materials: Named::default(),
@@ -61,6 +62,7 @@ fn free_prefix(description: &Description) -> String {
 struct Reader<'a> {
     files: &'a dyn Files,
     prefix: String,
+    fidelity: Fidelity,
     /// What has been read, and the definition that it is.
     known: Vec<(PlacedModel, String)>,
     definitions: Named<Vec<Object>>,
@@ -144,6 +146,9 @@ impl Reader<'_> {
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
         let mut warnings = std::mem::take(&mut model.warnings);
+        if self.fidelity == Fidelity::Fast {
+            warnings.extend(look::without_rays(&model));
+        }
         let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
         let (mut materials, names) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
