@@ -326,7 +326,7 @@ fn who_does_not_ask_for_it_has_none_of_it() {
 fn bounds_hold_where_light_is_traced() {
     for seed in 0..24 {
         let with = |accuracy: Value, weight: Value| {
-            let mut scene = super::environment_light::model(seed);
+            let mut scene = environment_light::model(seed);
             scene["image"] = json!({ "width": 12, "height": 8 });
             scene["render"] = json!({
                 "fidelity": "faithful", "samples": 2, "antialias": false, "max_depth": 4, "accuracy": accuracy
