@@ -144,11 +144,11 @@ mod tests {
                 let again = choice.density(chosen.dir);
                 assert!((again / chosen.density - 1.0).abs() < 1e-9, "{chosen:?} {again}");
             }
-            let (mut sum, step) = (0.0, 2.0 / 400.0 * PI / 400.0);
-            for i in 0..400 {
-                for k in 0..800 {
-                    let up = (f64::from(i) + 0.5) / 200.0 - 1.0;
-                    let (east, north) = math::sin_cos((f64::from(k) + 0.5) / 400.0 * PI);
+            let (mut sum, step) = (0.0, 2.0 / 4000.0 * PI / 160.0);
+            for i in 0..4000 {
+                for k in 0..320 {
+                    let up = (f64::from(i) + 0.5) / 2000.0 - 1.0;
+                    let (east, north) = math::sin_cos((f64::from(k) + 0.5) / 160.0 * PI);
                     let flat = (1.0 - up * up).sqrt();
                     sum += choice.density([flat * east, up, flat * north]) * step;
                 }

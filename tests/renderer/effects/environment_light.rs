@@ -123,7 +123,7 @@ fn an_environment_that_lights_nothing_is_as_before() {
 }
 
 /// Balls and sheets of all kinds of materials in a studio, under two lamps.
-fn model(seed: u64) -> Value {
+pub(super) fn model(seed: u64) -> Value {
     let mut random = Random::new(seed);
     let r = &mut random;
     let mut materials = serde_json::Map::new();

@@ -320,3 +320,29 @@ fn who_does_not_ask_for_it_has_none_of_it() {
     let flat = effects(&ball(material(), studio, json!({ "fidelity": "faithful", "max_depth": 1 })));
     assert!(all.iter().all(|effect| !flat.has(*effect)) && flat.has(Effect::EnvironmentLight));
 }
+
+/// What is proved of a picture holds: it is within a code of the picture of the same samples whose rays are all followed.
+#[test]
+fn bounds_hold_where_light_is_traced() {
+    for seed in 0..24 {
+        let with = |accuracy: Value, weight: Value| {
+            let mut scene = environment_light::model(seed);
+            scene["image"] = json!({ "width": 12, "height": 8 });
+            scene["render"] = json!({
+                "fidelity": "faithful", "samples": 2, "antialias": false, "max_depth": 4, "accuracy": accuracy
+            });
+            if !weight.is_null() {
+                scene["render"]["min_weight"] = weight;
+            }
+            scene
+        };
+        let truth = pixels(with(json!({ "fixed": {} }), json!(0)), "double");
+        let picture = picture(&scene(with(json!({ "proved": { "max_codes": 1 } }), Value::Null), "double"));
+        for (got, truth) in picture.film.pixels.iter().zip(&truth) {
+            for c in 0..3 {
+                let off = code8(got[c]).abs_diff(code8(truth[c]));
+                assert!(off <= 1, "seed {seed}: {got:?} for {truth:?}");
+            }
+        }
+    }
+}

@@ -287,6 +287,9 @@ fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
 fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     let at = "/environment/light";
     match &facts.description.environment {
+        Some(environment) if environment.light == EnvironmentLight::None && facts.world.rules.faithful => {
+            Said::off("rays bring the light of all that they see")
+        }
         Some(environment) if environment.light == EnvironmentLight::None => {
             Said::off("the environment is seen, and lights nothing: environment.light is \"none\"")
         }
