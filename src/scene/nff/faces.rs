@@ -90,7 +90,18 @@ impl Faces {
     pub(super) fn into_mesh(self, material: Option<String>) -> Mesh {
         let normals = (!self.normals.is_empty()).then_some(self.normals);
         let Self { vertices, faces, .. } = self;
-        Mesh { vertices, faces, normals, uvs: None, uvs1: None, tangents: None, colors: None, material, name: None, hollow: false }
+        Mesh {
+            vertices,
+            faces,
+            normals,
+            uvs: None,
+            uvs1: None,
+            tangents: None,
+            colors: None,
+            material,
+            name: None,
+            hollow: false,
+        }
     }
 
     pub(super) fn into_triangles(self) -> impl Iterator<Item = [Vec3; 3]> {
