@@ -14,6 +14,8 @@ use crate::math;
 #[derive(Debug)]
 pub struct Mipmap {
     levels: Vec<Level>,
+    /// The smallest and the largest of each channel.
+    extremes: [[f32; 3]; 2],
 }
 
 /// Rows from top to bottom.
@@ -75,7 +77,9 @@ impl Mipmap {
     }
 
     fn over(width: u32, height: u32, texels: Texels) -> Self {
-        let mut mipmap = Self { levels: vec![Level { width: width as usize, height: height as usize, texels }] };
+        let extremes = extremes(&texels);
+        let mut mipmap =
+            Self { levels: vec![Level { width: width as usize, height: height as usize, texels }], extremes };
         while let Some(next) = mipmap.halved() {
             mipmap.levels.push(next);
         }
@@ -113,20 +117,18 @@ impl Mipmap {
 
     /// Its texel, if all are the same.
     pub fn uniform(&self) -> Option<[f64; 3]> {
-        let first = self.texel(0, 0, 0);
-        self.texels().all(|texel| texel == first).then(|| first.map(f64::from))
+        let [least, most] = self.extremes;
+        (least == most).then(|| least.map(f64::from))
     }
 
     /// The largest of each channel over all texels.
     pub fn brightest(&self) -> [f64; 3] {
-        let most = |most: [f32; 3], texel: [f32; 3]| std::array::from_fn(|c| most[c].max(texel[c]));
-        self.texels().fold([0.0; 3], most).map(f64::from)
+        self.extremes[1].map(|channel| f64::from(channel.max(0.0)))
     }
 
     /// The smallest of each channel over all texels.
     pub fn darkest(&self) -> [f64; 3] {
-        let least = |least: [f32; 3], texel: [f32; 3]| std::array::from_fn(|c| least[c].min(texel[c]));
-        self.texels().fold([f32::INFINITY; 3], least).map(f64::from)
+        self.extremes[0].map(f64::from)
     }
 
     /// The mean light of the cells of a grid, no finer than the texels, of a picture that repeats across: the sum of the channels, row
@@ -157,11 +159,6 @@ impl Mipmap {
         self.texel(self.levels.len() - 1, 0, 0).map(f64::from)
     }
 
-    fn texels(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let Level { width, height, .. } = self.levels[0];
-        (0..height).flat_map(move |y| (0..width).map(move |x| self.texel(0, x, y)))
-    }
-
     /// A texel of a level.
     fn texel(&self, level: usize, x: usize, y: usize) -> [f32; 3] {
         match &self.levels[level].texels {
@@ -170,29 +167,7 @@ impl Mipmap {
         }
     }
 
-    /// The texels of a level in two columns and two rows, row by row.
-    #[inline(always)]
-    fn four(&self, level: usize, [left, right]: [usize; 2], [upper, lower]: [usize; 2]) -> [[f32; 3]; 4] {
-        let places = [(left, upper), (right, upper), (left, lower), (right, lower)];
-        let Level { width, texels, .. } = &self.levels[level];
-        let mut four = [[0.0; 3]; 4];
-        match texels {
-            Texels::Numbers(texels) => {
-                for (texel, (x, y)) in four.iter_mut().zip(places) {
-                    *texel = texels[y * width + x];
-                }
-            }
-            Texels::Codes(codes, values) => {
-                for (texel, (x, y)) in four.iter_mut().zip(places) {
-                    *texel = decoded(codes, values, y * width + x);
-                }
-            }
-            Texels::Halves => four = self.four_halves(level, places),
-        }
-        four
-    }
-
-    /// One function for all kernels, since it is long.
+    /// The texels of a level at four places. One function for all kernels, since it is long.
     #[inline(never)]
     fn four_halves(&self, level: usize, places: [(usize, usize); 4]) -> [[f32; 3]; 4] {
         places.map(|(x, y)| self.half(level, x, y))
@@ -330,10 +305,25 @@ impl Mipmap {
         let (left, right, across) = neighbours(u, width, wrap[0]);
         let (upper, lower, down) = neighbours(1.0 - v, height, wrap[1]);
         let (across, down) = if nearest { (side(across), side(down)) } else { (across, down) };
-        let [a, b, c, d] = self.four(level, [left, right], [upper, lower]);
-        let above = mix(wide(a), wide(b), across);
-        let below = mix(wide(c), wide(d), across);
-        mix(above, below, down)
+        let Level { texels, .. } = &self.levels[level];
+        // Each kind to its end, or the kernel waits for texels on the stack.
+        match texels {
+            Texels::Numbers(texels) => {
+                let at = |x: usize, y: usize| wide(texels[y * width + x]);
+                let above = mix(at(left, upper), at(right, upper), across);
+                mix(above, mix(at(left, lower), at(right, lower), across), down)
+            }
+            Texels::Codes(codes, values) => {
+                let at = |x: usize, y: usize| wide(decoded(codes, values, y * width + x));
+                let above = mix(at(left, upper), at(right, upper), across);
+                mix(above, mix(at(left, lower), at(right, lower), across), down)
+            }
+            Texels::Halves => {
+                let places = [(left, upper), (right, upper), (left, lower), (right, lower)];
+                let [a, b, c, d] = self.four_halves(level, places);
+                mix(mix(wide(a), wide(b), across), mix(wide(c), wide(d), across), down)
+            }
+        }
     }
 }
 
@@ -347,6 +337,37 @@ impl Level {
             Texels::Halves => unreachable!("only the level after codes is worked out"),
         }
     }
+}
+
+/// The smallest and the largest of each channel.
+fn extremes(texels: &Texels) -> [[f32; 3]; 2] {
+    let mut extremes = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    let mut note = |texel: [f32; 3]| {
+        for c in 0..3 {
+            extremes[0][c] = extremes[0][c].min(texel[c]);
+            extremes[1][c] = extremes[1][c].max(texel[c]);
+        }
+    };
+    match texels {
+        Texels::Numbers(texels) => texels.iter().for_each(|texel| note(*texel)),
+        Texels::Codes(codes, values) => {
+            // Codes that are there, so that values are looked up once.
+            let mut is_there = [[false; 256]; 3];
+            for texel in codes.as_chunks::<3>().0 {
+                for c in 0..3 {
+                    is_there[c][usize::from(texel[c])] = true;
+                }
+            }
+            for code in 0..256 {
+                for c in (0..3).filter(|c| is_there[*c][code]) {
+                    extremes[0][c] = extremes[0][c].min(values[code]);
+                    extremes[1][c] = extremes[1][c].max(values[code]);
+                }
+            }
+        }
+        Texels::Halves => unreachable!("no picture begins with it"),
+    }
+    extremes
 }
 
 /// What the codes of a texel stand for.
