@@ -136,7 +136,7 @@ impl Mipmap {
     pub fn light(&self, columns: usize, rows: usize) -> Vec<f64> {
         let Level { width, height, .. } = &self.levels[0];
         let sum = |texel: [f32; 3]| texel.iter().map(|channel| f64::from(*channel)).sum::<f64>();
-        let bright: Vec<f64> = self.texels().map(sum).collect();
+        let bright: Vec<f64> = (0..width * height).map(|at| sum(self.texel(0, at % width, at / width))).collect();
         let spread = |before: f64, here: f64, after: f64| 0.125 * before + 0.75 * here + 0.125 * after;
         let across = |x: usize, y: usize| {
             let at = |x: usize| bright[y * width + x % width];
