@@ -293,6 +293,65 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/assets": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Sends an asset, and returns its SHA-256. */
+        post: operations["addAsset"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/assets/missing": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Which of some assets you have yet to send. */
+        post: operations["missingAssets"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/assets/{sha256}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** The bytes of an asset that you have sent. HEAD says whether it is there. */
+        get: operations["asset"];
+        /**
+         * Sends an asset: a model, or a picture, that scenes name as sha256: and these digits.
+         * @description The body must have this SHA-256. Whoever has not sent the bytes does not have the asset, whatever hash it knows.
+         */
+        put: operations["putAsset"];
+        post?: never;
+        /**
+         * Forgets an asset. Its bytes are deleted once every tenant that sent them has deleted them.
+         * @description Scenes and jobs that name it are refused then, or fail.
+         */
+        delete: operations["removeAsset"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/capabilities": {
         parameters: {
             query?: never;
@@ -1339,6 +1398,8 @@ export interface components {
         ColorChannel: components["schemas"]["Color"] | {
             /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
             channel?: components["schemas"]["TexelChannel"] | null;
+            /** @description What its pixels look like from near. Default `"smooth"`. */
+            enlarged?: components["schemas"]["Enlarged"];
             /**
              * @description Factor on the texels. Default 1.
              * @default [
@@ -1348,7 +1409,7 @@ export interface components {
              *     ]
              */
             factor?: components["schemas"]["Color"];
-            /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
             image: string;
             /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
             transform?: components["schemas"]["UvTransform"];
@@ -1652,9 +1713,11 @@ export interface components {
             /** @description `depth`, `weight` or `budget`. */
             why: string;
         };
+        /** @description What pixels of a picture look like where they are larger than those of the rendered one. */
+        Enlarged: "smooth" | "nearest";
         /** @description Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of `image`, `sky` and `studio`. */
         Environment: {
-            /** @description Equirectangular PNG or JPEG, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y. */
+            /** @description Equirectangular PNG, JPEG, WebP, Radiance HDR or OpenEXR, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y. */
             image?: string | null;
             /**
              * Format: double
@@ -1861,6 +1924,8 @@ export interface components {
         } | "inverse_square" | {
             windowed: components["schemas"]["WindowedFalloff"];
         };
+        /** @description How light gets from everywhere to surfaces. */
+        Fidelity: "fast" | "faithful";
         /** @description The farm in figures. */
         Figures: {
             /** @description Seconds of one slot that the work takes which this front has for nodes, by how urgent it is. */
@@ -1906,7 +1971,9 @@ export interface components {
             tone?: components["schemas"]["ToneMapping"];
         };
         /** @description What the camera sees where nothing is. */
-        FilmBackground: "scene" | "transparent";
+        FilmBackground: "scene" | "transparent" | {
+            color: components["schemas"]["Color"];
+        };
         /** @description How much a reference changes on the small picture of the warm-up when its rays are followed further. */
         FinerReference: {
             /**
@@ -2127,7 +2194,7 @@ export interface components {
              * @default uv
              */
             mapping?: components["schemas"]["Mapping"];
-            /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not. */
+            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Transparency is ignored. Decoders of JPEG may round differently on other processors; those of PNG do not. */
             source: string;
             /**
              * @description The texture beyond the edges of the picture. Default `"repeat"`.
@@ -2688,6 +2755,11 @@ export interface components {
         /** @description The tenant of a key. */
         Me: {
             /**
+             * Format: uint64
+             * @description Bytes of the assets that it has sent.
+             */
+            asset_bytes: number;
+            /**
              * Format: uint32
              * @description Waiting and running jobs that it may have.
              */
@@ -2734,6 +2806,8 @@ export interface components {
             name?: string | null;
             /** @description Shading normals, one for each vertex; without them faces are flat. */
             normals?: number[][] | null;
+            /** @description For the normal map of a `pbr` material, one for each vertex: the direction in which the first texture coordinate grows, and 1 or -1, which turns the direction of the second. Default: as the texture coordinates say. */
+            tangents?: number[][] | null;
             /** @description Texture coordinates, one pair for each vertex. */
             uvs?: number[][] | null;
             /** @description Other texture coordinates, one pair for each vertex. */
@@ -2750,6 +2824,11 @@ export interface components {
             expires: number;
             /** @description Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`. */
             prefix: string;
+        };
+        /** @description Assets that have to be sent. */
+        MissingAssets: {
+            /** @description Their SHA-256 in hexadecimal digits. */
+            missing: string[];
         };
         /** @description A steady motion while the shutter is open, from the position that `transform` gives. Rotation comes before translation. */
         Motion: {
@@ -2851,13 +2930,15 @@ export interface components {
         NumberChannel: number | {
             /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
             channel?: components["schemas"]["TexelChannel"] | null;
+            /** @description What its pixels look like from near. Default `"smooth"`. */
+            enlarged?: components["schemas"]["Enlarged"];
             /**
              * Format: double
              * @description Factor on the texels. Default 1.
              * @default 1
              */
             factor?: number;
-            /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
             image: string;
             /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
             transform?: components["schemas"]["UvTransform"];
@@ -2896,6 +2977,8 @@ export interface components {
             group: components["schemas"]["Group"];
         } | {
             instance: components["schemas"]["Instance"];
+        } | {
+            model: components["schemas"]["PlacedModel"];
         };
         /** @description Whose surface is seen in each pixel. */
         ObjectMap: {
@@ -2977,18 +3060,32 @@ export interface components {
         Overrides: {
             /** @description What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or `statistical:CODES` with `,CONFIDENCE` after it or not. */
             accuracy?: string;
-            /**
-             * Format: int32
-             * @description Which animation of a model's file, from 0.
-             */
-            animation?: number;
+            /** @description Which animation of a model's file, by its place from 0 or its name. */
+            animation?: string;
             /** @description Whether pixels that differ from a neighbor get more samples. */
             antialias?: boolean;
+            /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+            background?: string;
             /**
              * Format: int32
              * @description Which camera of a model's file sees it, from 0.
              */
             camera?: number;
+            /**
+             * Format: double
+             * @description Pixels of the device for each of width and height.
+             */
+            dpr?: number;
+            /**
+             * Format: double
+             * @description Exposure in stops, each of which doubles the light, in place of the scene's.
+             */
+            exposure?: number;
+            /**
+             * @description How light gets from everywhere to surfaces.
+             * @enum {string}
+             */
+            fidelity?: "fast" | "faithful";
             /**
              * Format: int32
              * @description Pixels down, in place of the scene's.
@@ -3024,6 +3121,11 @@ export interface components {
              * @description Which scene of a model's file, from 0.
              */
             scene?: number;
+            /**
+             * @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.
+             * @enum {string}
+             */
+            size?: "og";
             /** @description Whether what a model requires and is not simulated is refused. */
             strict?: boolean;
             /**
@@ -3032,15 +3134,17 @@ export interface components {
              */
             t?: number;
             /**
+             * @description How light brighter than white is compressed, in place of what the scene says.
+             * @enum {string}
+             */
+            tone?: "none" | "khronos_pbr_neutral" | "agx";
+            /**
              * @description Which axis of a model is up.
              * @enum {string}
              */
             up?: "y" | "z";
-            /**
-             * Format: int32
-             * @description Which variant of a model's materials, from 0.
-             */
-            variant?: number;
+            /** @description Which variant of a model's materials, by its place from 0 or its name. */
+            variant?: string;
             /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
             view?: string;
             /**
@@ -3120,13 +3224,15 @@ export interface components {
             normal?: {
                 /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
                 channel?: components["schemas"]["TexelChannel"] | null;
+                /** @description What its pixels look like from near. Default `"smooth"`. */
+                enlarged?: components["schemas"]["Enlarged"];
                 /**
                  * Format: double
                  * @description Factor on the texels. Default 1.
                  * @default 1
                  */
                 factor?: number;
-                /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
                 image: string;
                 /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
                 transform?: components["schemas"]["UvTransform"];
@@ -3142,13 +3248,15 @@ export interface components {
             occlusion?: {
                 /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
                 channel?: components["schemas"]["TexelChannel"] | null;
+                /** @description What its pixels look like from near. Default `"smooth"`. */
+                enlarged?: components["schemas"]["Enlarged"];
                 /**
                  * Format: double
                  * @description Factor on the texels. Default 1.
                  * @default 1
                  */
                 factor?: number;
-                /** @description PNG or JPEG: `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
                 image: string;
                 /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
                 transform?: components["schemas"]["UvTransform"];
@@ -3164,17 +3272,17 @@ export interface components {
             opacity?: components["schemas"]["Opacity"] | null;
             /** @description Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1. */
             roughness?: components["schemas"]["NumberChannel"];
-            /** @description Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide from it, and no other key counts. Default false. */
+            /** @description Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide from it. No other key counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false. */
             shadow_catcher?: boolean;
             /** @description Strength of a dielectric's reflection, 0 to 1. Default 1. */
             specular?: components["schemas"]["NumberChannel"];
-            /** @description Colour of a dielectric's reflection at normal incidence. Default white. */
+            /** @description Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says, at most all. Default white. */
             specular_color?: components["schemas"]["ColorChannel"];
             /** @description Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false. */
             thin?: boolean;
             /** @description The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is scattered. Default 0. */
             transmission?: components["schemas"]["NumberChannel"];
-            /** @description Whether the surface shows `base_color` whatever the light is, and nothing else. Default false. */
+            /** @description Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false. */
             unlit?: boolean;
         };
         /** @description Milliseconds by phase, in order. */
@@ -3323,6 +3431,40 @@ export interface components {
              */
             vfov_deg?: number;
         };
+        /** @description A model that another program has written: glTF, OBJ, STL or PLY. Its meshes and materials are in its file; camera, lights and floor are the scene's. */
+        PlacedModel: {
+            /** @description Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest. */
+            animation?: components["schemas"]["Which"] | null;
+            /** @description The file: `sha256:` and the digits of an asset, or the name of a file. It is whole, without other parts. */
+            asset: string;
+            /** @description Materials in place of its own, by their names in the file. */
+            materials?: {
+                [key: string]: components["schemas"]["Material"];
+            };
+            /** @description How it moves while the shutter is open, which blurs it. Default: not at all. */
+            motion?: components["schemas"]["Motion"] | null;
+            /** @description A name, for people. At most 256 bytes. */
+            name?: string | null;
+            /**
+             * Format: uint32
+             * @description Which of its scenes, from 0. Default: the one that it names.
+             */
+            scene?: number | null;
+            /**
+             * Format: double
+             * @description Seconds since the start of the animation, of the first one if none is named.
+             */
+            t?: number | null;
+            /**
+             * @description Where it is put. Default: as it is in its file.
+             * @default {}
+             */
+            transform?: components["schemas"]["Transform"];
+            /** @description Which axis of it is up. Default: z for STL, y for all else. */
+            up?: components["schemas"]["UpAxis"] | null;
+            /** @description Which of its variants of materials, by its place from 0 or its name. */
+            variant?: components["schemas"]["Which"] | null;
+        };
         /** @description The plan of a scene. */
         Plan: {
             /** @description Depth of the recursion. */
@@ -3436,6 +3578,8 @@ export interface components {
             instance: string;
             /** @description The limit that was exceeded; `/v1/limits` has all limits. */
             limit?: components["schemas"]["LimitEntry"] | null;
+            /** @description Of assets that are missing: the SHA-256 of each. */
+            missing?: string[];
             /**
              * Format: uint
              * @description Number of further errors. The check stops after a thousand.
@@ -3747,6 +3891,8 @@ export interface components {
             antialias?: boolean;
             /** @description Whether surfaces are lit by light that other surfaces scatter once. It replaces ambient light on surfaces that are seen directly, in mirrors or through glass. Default false. */
             color_bleeding?: boolean;
+            /** @description How light gets from everywhere to surfaces. `"faithful"` replaces ambient light, `color_bleeding` and `occlusion`, and what glows then lights other bodies. Default `"fast"`. */
+            fidelity?: components["schemas"]["Fidelity"];
             /** @description Whether a checkerboard is averaged over what each ray covers of it, so that it fades to grey far away. Images and noise always are. Default true. */
             filter_checkers?: boolean;
             /**
@@ -3766,7 +3912,7 @@ export interface components {
             precision?: components["schemas"]["Precision"];
             /**
              * Format: uint32
-             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all; with an alpha channel 64.
+             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all; with an alpha channel 64.
              */
             samples?: number | null;
             /**
@@ -3821,6 +3967,12 @@ export interface components {
         };
         /** @description What one request may ask for. */
         RequestLimits: {
+            /**
+             * Format: uint64
+             * @description Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it needed longest
+             *     ago go, but for what scenes of /v1/scenes and jobs name.
+             */
+            asset_bytes: number;
             /**
              * Format: double
              * @description Seconds a client may take to send a request's body.
@@ -4100,7 +4252,7 @@ export interface components {
             pointer: string;
         };
         /** @description Kinds of problems. */
-        SceneProblemCode: ("invalid-json" | "invalid-nff" | "wrong-type" | "missing-key" | "unknown-key" | "duplicate-name" | "out-of-range" | "unknown-reference" | "cycle" | "degenerate" | "limit" | "unsupported") | "invalid-model" | "other-format" | "out-of-bounds" | "missing-part" | "not-simulated" | "approximated" | "skipped" | "assumed" | "cancelled";
+        SceneProblemCode: ("invalid-json" | "invalid-nff" | "wrong-type" | "missing-key" | "unknown-key" | "duplicate-name" | "out-of-range" | "unknown-reference" | "cycle" | "degenerate" | "limit" | "unsupported") | "invalid-model" | "other-format" | "out-of-bounds" | "missing-part" | "not-simulated" | "approximated" | "skipped" | "assumed" | "missing-asset" | "cancelled";
         /** @description A scope of a key. */
         Scope: "render" | "jobs" | "read" | "admin";
         /** @description An object that is seen. */
@@ -4109,6 +4261,18 @@ export interface components {
             name: string | null;
             /** @description Its JSON pointer. Objects inside of what is placed, as instances are, have that of what places them. */
             pointer: string;
+        };
+        /** @description An asset that was sent. */
+        SentAsset: {
+            /** @description What scenes call it: `sha256:` and these digits. */
+            asset: string;
+            /**
+             * Format: uint64
+             * @description How many bytes it has.
+             */
+            bytes: number;
+            /** @description Its SHA-256 in hexadecimal digits. */
+            sha256: string;
         };
         /** @description Frames of a scene, and how they are shown. */
         Sequence: {
@@ -4844,6 +5008,11 @@ export interface components {
              */
             per_minute: number;
         };
+        /**
+         * @description An axis that is up.
+         * @enum {string}
+         */
+        UpAxis: "y" | "z";
         /** @description A transform of texture coordinates as in KHR_texture_transform: from the upper left corner of the picture, v down; scaled, then rotated, then moved. */
         UvTransform: {
             /**
@@ -4914,11 +5083,17 @@ export interface components {
              */
             ttl?: number | null;
         };
+        /** @description Assets that somebody needs. */
+        WantedAssets: {
+            /** @description Their SHA-256 in hexadecimal digits, with or without `sha256:` before them. */
+            sha256: string[];
+        };
         /** @description A receiver that hears how a job ends. */
         WebhookRequest: {
             /** @description Where the message is posted, an address of the public network. */
             url: string;
         };
+        Which: number | string;
         /** @description Parameters of the windowed falloff. */
         WindowedFalloff: {
             /**
@@ -5282,7 +5457,7 @@ export interface operations {
             header?: never;
             path: {
                 /** @description The last part of a problem's `type`. */
-                slug: "invalid-json" | "invalid-nff" | "invalid-request" | "invalid-parameter" | "invalid-scene" | "invalid-rays" | "unsupported-media-type" | "not-acceptable" | "too-large" | "cost-limit" | "invalid-encoding" | "malformed-request" | "misdirected-request" | "uri-too-long" | "headers-too-large" | "unauthorized" | "forbidden" | "rate-limited" | "not-found" | "bad-iiif-request" | "method-not-allowed" | "gone" | "conflict" | "job-not-finished" | "job-failed" | "idempotency-key-reused" | "precondition-failed" | "body-timeout" | "saturated" | "draining" | "render-deadline" | "abandoned" | "internal";
+                slug: "invalid-json" | "invalid-nff" | "invalid-request" | "invalid-parameter" | "invalid-scene" | "assets-missing" | "asset-mismatch" | "invalid-rays" | "unsupported-media-type" | "not-acceptable" | "too-large" | "cost-limit" | "invalid-encoding" | "malformed-request" | "misdirected-request" | "uri-too-long" | "headers-too-large" | "unauthorized" | "forbidden" | "rate-limited" | "not-found" | "bad-iiif-request" | "method-not-allowed" | "gone" | "conflict" | "job-not-finished" | "job-failed" | "idempotency-key-reused" | "precondition-failed" | "body-timeout" | "saturated" | "draining" | "render-deadline" | "abandoned" | "internal";
             };
             cookie?: never;
         };
@@ -5409,6 +5584,162 @@ export interface operations {
                     "text/javascript": string;
                     "text/plain": string;
                 };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    addAsset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The bytes, of whatever type */
+        requestBody: {
+            content: {
+                "application/octet-stream": components["schemas"]["Bytes"];
+            };
+        };
+        responses: {
+            /** @description You have sent it before */
+            200: {
+                headers: {
+                    /** @description The asset's path. */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SentAsset"];
+                };
+            };
+            /** @description It is yours now */
+            201: {
+                headers: {
+                    /** @description The asset's path. */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SentAsset"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    missingAssets: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The hashes */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["WantedAssets"];
+            };
+        };
+        responses: {
+            /** @description Those to send */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MissingAssets"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    asset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description 64 hexadecimal digits, small letters. */
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The bytes */
+            200: {
+                headers: {
+                    /** @description Its hash. */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": components["schemas"]["Bytes"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    putAsset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description 64 hexadecimal digits, small letters. */
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        /** @description The bytes, of whatever type */
+        requestBody: {
+            content: {
+                "application/octet-stream": components["schemas"]["Bytes"];
+            };
+        };
+        responses: {
+            /** @description You have sent it before */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SentAsset"];
+                };
+            };
+            /** @description It is yours now */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SentAsset"];
+                };
+            };
+            "4XX": components["responses"]["Problem"];
+            "5XX": components["responses"]["Problem"];
+        };
+    };
+    removeAsset: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description 64 hexadecimal digits, small letters. */
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description It is forgotten */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
@@ -5589,6 +5920,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -5599,8 +5934,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -5609,12 +5952,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -5876,7 +6219,64 @@ export interface operations {
     };
     submitJob: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description Pixels across, in place of the scene's. */
+                width?: number;
+                /** @description Pixels down, in place of the scene's. */
+                height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
+                /** @description Longest chain of rays; the primary ray counts 1. */
+                max_depth?: number;
+                /** @description Weight below which a ray is not followed. */
+                min_weight?: number;
+                /** @description What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or `statistical:CODES` with `,CONFIDENCE` after it or not. */
+                accuracy?: string;
+                /** @description Samples for each pixel. */
+                samples?: number;
+                /** @description Whether pixels that differ from a neighbor get more samples. */
+                antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
+                /** @description Floating-point format of the whole trace. */
+                precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
+                /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
+                view?: string;
+                /** @description Which axis of a model is up. */
+                up?: "y" | "z";
+                /** @description Which camera of a model's file sees it, from 0. */
+                camera?: number;
+                /** @description Which scene of a model's file, from 0. */
+                scene?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
+                /** @description Seconds since the start of the animation. */
+                t?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
+                /** @description Which lights shine on a model. */
+                light?: "auto" | "studio" | "file";
+                /** @description Whether what a model requires and is not simulated is refused. */
+                strict?: boolean;
+                /** @description Format of the picture, whatever `Accept` says. */
+                format?: "png" | "jpg" | "webp" | "exr" | "pfm";
+                /** @description Bits for each channel of a PNG; other formats refuse it. */
+                bits?: "8" | "16";
+                /** @description Quality of a JPEG, 90 if it is not given; other formats refuse it. */
+                quality?: number;
+                /** @description Of a body that is no JSON: so many frames from all around. */
+                turntable?: number;
+                /** @description Of a body that is no JSON: priority among the tenant's jobs, 50 by default. */
+                priority?: number;
+            };
             header?: {
                 /** @description A name for this submission: sent again with it, the same body gives the same job. */
                 "Idempotency-Key"?: string | null;
@@ -5886,10 +6286,18 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description The job */
+        /** @description The job; or a model or NFF, with settings and output in the query */
         requestBody: {
             content: {
+                "application/gzip": components["schemas"]["Bytes"];
                 "application/json": components["schemas"]["JobRequest"];
+                "model/gltf+json": string;
+                "model/gltf-binary": components["schemas"]["Bytes"];
+                "model/obj": string;
+                "model/ply": components["schemas"]["Bytes"];
+                "model/stl": components["schemas"]["Bytes"];
+                "multipart/form-data": components["schemas"]["Bytes"];
+                "text/x-nff": string;
             };
         };
         responses: {
@@ -6341,6 +6749,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6351,8 +6763,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6361,12 +6781,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6459,6 +6879,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6469,8 +6893,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6479,12 +6911,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6521,6 +6953,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6531,8 +6967,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6541,12 +6985,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6559,6 +7003,10 @@ export interface operations {
                 quality?: number;
                 /** @description Layers beside the colors of an EXR, with commas between: `distance`, `position`, `normal`, `albedo`, `object`, `material`, and `share:/objects/3` of one object. */
                 layers?: string;
+                /** @description So many pictures from all around, in one answer: an animated PNG or WebP, or a contact sheet. */
+                turntable?: number;
+                /** @description A contact sheet of a turntable instead, as COLUMNSxROWS. */
+                sheet?: string;
             };
             header?: never;
             path?: never;
@@ -6600,6 +7048,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6610,8 +7062,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6620,12 +7080,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6673,6 +7133,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6683,8 +7147,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6693,12 +7165,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6753,6 +7225,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6763,8 +7239,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6773,12 +7257,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -6903,6 +7387,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -6913,8 +7401,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -6923,12 +7419,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */
@@ -7002,6 +7498,10 @@ export interface operations {
                 width?: number;
                 /** @description Pixels down, in place of the scene's. */
                 height?: number;
+                /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
+                size?: "og";
+                /** @description Pixels of the device for each of width and height. */
+                dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
                 /** @description Weight below which a ray is not followed. */
@@ -7012,8 +7512,16 @@ export interface operations {
                 samples?: number;
                 /** @description Whether pixels that differ from a neighbor get more samples. */
                 antialias?: boolean;
+                /** @description How light gets from everywhere to surfaces. */
+                fidelity?: "fast" | "faithful";
                 /** @description Floating-point format of the whole trace. */
                 precision?: "single" | "double";
+                /** @description What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows as it is. */
+                background?: string;
+                /** @description Exposure in stops, each of which doubles the light, in place of the scene's. */
+                exposure?: number;
+                /** @description How light brighter than white is compressed, in place of what the scene says. */
+                tone?: "none" | "khronos_pbr_neutral" | "agx";
                 /** @description From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles in degrees around it and from above, as 30,70. */
                 view?: string;
                 /** @description Which axis of a model is up. */
@@ -7022,12 +7530,12 @@ export interface operations {
                 camera?: number;
                 /** @description Which scene of a model's file, from 0. */
                 scene?: number;
-                /** @description Which animation of a model's file, from 0. */
-                animation?: number;
+                /** @description Which animation of a model's file, by its place from 0 or its name. */
+                animation?: string;
                 /** @description Seconds since the start of the animation. */
                 t?: number;
-                /** @description Which variant of a model's materials, from 0. */
-                variant?: number;
+                /** @description Which variant of a model's materials, by its place from 0 or its name. */
+                variant?: string;
                 /** @description Which lights shine on a model. */
                 light?: "auto" | "studio" | "file";
                 /** @description Whether what a model requires and is not simulated is refused. */

@@ -486,8 +486,9 @@ class Environment(TypedDict):
     """Environment: the radiance of rays that hit nothing, by their direction, in place of `background`. One of
     `image`, `sky` and `studio`."""
 
-    # Equirectangular PNG, JPEG or WebP, as `panorama` cameras make it: `"data:image/png;base64,..."`, or the name
-    # of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
+    # Equirectangular PNG, JPEG, WebP, Radiance HDR or OpenEXR, as `panorama` cameras make it:
+    # `"data:image/png;base64,..."`, or the name of a file beside the scene. Its middle is seen in direction -z, its
+    # upper edge in direction +y.
     image: NotRequired[str | None]
     # Factor on its colours, at least 0. Default 1.
     intensity: NotRequired[float]
@@ -637,6 +638,10 @@ Explained: TypeAlias = "Analyzed | Plan | Several"
 Falloff: TypeAlias = "Literal['none'] | dict[Literal['linear'], LinearFalloff] | Literal['inverse_square'] | dict[Literal['windowed'], WindowedFalloff]"
 
 
+# How light gets from everywhere to surfaces.
+Fidelity: TypeAlias = "Literal['fast'] | Literal['faithful']"
+
+
 class Figures(TypedDict):
     """The farm in figures."""
 
@@ -672,7 +677,7 @@ class Film(TypedDict):
 
 
 # What the camera sees where nothing is.
-FilmBackground: TypeAlias = "Literal['scene'] | Literal['transparent']"
+FilmBackground: TypeAlias = "Literal['scene'] | Literal['transparent'] | dict[Literal['color'], Color]"
 
 
 class FinerReference(TypedDict):
@@ -1229,6 +1234,8 @@ class Material(TypedDict):
 class Me(TypedDict):
     """The tenant of a key."""
 
+    # Bytes of the assets that it has sent.
+    asset_bytes: int
     # Waiting and running jobs that it may have.
     most_jobs: int
     # Event streams that it may have open.
@@ -1291,6 +1298,13 @@ class Minted(TypedDict):
     expires: int
     # Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
     prefix: str
+
+
+class MissingAssets(TypedDict):
+    """Assets that have to be sent."""
+
+    # Their SHA-256 in hexadecimal digits.
+    missing: list[str]
 
 
 class Motion(TypedDict):
@@ -1375,7 +1389,7 @@ NumberChannel: TypeAlias = "float | dict[Literal['channel'], TexelChannel | None
 # `plane` are closed bodies: light that passes their surface is refracted. `disc`, `triangle`, `quad`, `polygon`
 # and uncapped `cylinder` and `cone` enclose nothing: they are infinitely thin, and light passes them without
 # bending.
-Object: TypeAlias = "dict[Literal['sphere'], Sphere] | dict[Literal['plane'], Plane] | dict[Literal['disc'], Disc] | dict[Literal['triangle'], Triangle] | dict[Literal['quad'], Quad] | dict[Literal['box'], AxisBox] | dict[Literal['cylinder'], Cylinder] | dict[Literal['cone'], Cone] | dict[Literal['torus'], Torus] | dict[Literal['mesh'], Mesh] | dict[Literal['polygon'], Polygon] | dict[Literal['group'], Group] | dict[Literal['instance'], Instance]"
+Object: TypeAlias = "dict[Literal['sphere'], Sphere] | dict[Literal['plane'], Plane] | dict[Literal['disc'], Disc] | dict[Literal['triangle'], Triangle] | dict[Literal['quad'], Quad] | dict[Literal['box'], AxisBox] | dict[Literal['cylinder'], Cylinder] | dict[Literal['cone'], Cone] | dict[Literal['torus'], Torus] | dict[Literal['mesh'], Mesh] | dict[Literal['polygon'], Polygon] | dict[Literal['group'], Group] | dict[Literal['instance'], Instance] | dict[Literal['model'], PlacedModel]"
 
 
 class ObjectMap(TypedDict):
@@ -1433,12 +1447,21 @@ class Overrides(TypedDict):
     # What ends the recursion: `fixed`, `proved:CODES`, `time:MILLISECONDS`, `rays:COUNT`, or `statistical:CODES`
     # with `,CONFIDENCE` after it or not.
     accuracy: NotRequired[str]
-    # Which animation of a model's file, from 0.
-    animation: NotRequired[int]
+    # Which animation of a model's file, by its place from 0 or its name.
+    animation: NotRequired[str]
     # Whether pixels that differ from a neighbor get more samples.
     antialias: NotRequired[bool]
+    # What the camera sees where nothing is: `scene`, `transparent`, or a color as rrggbb, which the picture shows
+    # as it is.
+    background: NotRequired[str]
     # Which camera of a model's file sees it, from 0.
     camera: NotRequired[int]
+    # Pixels of the device for each of width and height.
+    dpr: NotRequired[float]
+    # Exposure in stops, each of which doubles the light, in place of the scene's.
+    exposure: NotRequired[float]
+    # How light gets from everywhere to surfaces.
+    fidelity: NotRequired[Literal['fast', 'faithful']]
     # Pixels down, in place of the scene's.
     height: NotRequired[int]
     # Which lights shine on a model.
@@ -1453,14 +1476,18 @@ class Overrides(TypedDict):
     samples: NotRequired[int]
     # Which scene of a model's file, from 0.
     scene: NotRequired[int]
+    # A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.
+    size: NotRequired[Literal['og']]
     # Whether what a model requires and is not simulated is refused.
     strict: NotRequired[bool]
     # Seconds since the start of the animation.
     t: NotRequired[float]
+    # How light brighter than white is compressed, in place of what the scene says.
+    tone: NotRequired[Literal['none', 'khronos_pbr_neutral', 'agx']]
     # Which axis of a model is up.
     up: NotRequired[Literal['y', 'z']]
-    # Which variant of a model's materials, from 0.
-    variant: NotRequired[int]
+    # Which variant of a model's materials, by its place from 0 or its name.
+    variant: NotRequired[str]
     # From where a model is seen: three_quarter (default), front, back, left, right, top, bottom, iso, or two angles
     # in degrees around it and from above, as 30,70.
     view: NotRequired[str]
@@ -1533,18 +1560,22 @@ class Pbr(TypedDict):
     # Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1.
     roughness: NotRequired[NumberChannel]
     # Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light
-    # that bodies hide from it, and no other key counts. Default false.
+    # that bodies hide from it. No other key counts; the fourth number of a mesh's `colors` is how much of the
+    # shadows is seen. Default false.
     shadow_catcher: NotRequired[bool]
     # Strength of a dielectric's reflection, 0 to 1. Default 1.
     specular: NotRequired[NumberChannel]
-    # Colour of a dielectric's reflection at normal incidence. Default white.
+    # Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected
+    # than `ior` says, at most all. Default white.
     specular_color: NotRequired[ColorChannel]
     # Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false.
     thin: NotRequired[bool]
     # The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is
     # scattered. Default 0.
     transmission: NotRequired[NumberChannel]
-    # Whether the surface shows `base_color` whatever the light is, and nothing else. Default false.
+    # Whether the surface shows `base_color` whatever the light is, and nothing else. A film with
+    # `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colours fade
+    # with all others. Default false.
     unlit: NotRequired[bool]
 
 
@@ -1638,6 +1669,32 @@ class PinholeCamera(TypedDict):
     up: NotRequired[list[float]]
     # Full vertical angle of view in degrees, edge to edge, above 0 and below 180. Default 45.
     vfov_deg: NotRequired[float]
+
+
+class PlacedModel(TypedDict):
+    """A model that another program has written: glTF, OBJ, STL or PLY. Its meshes and materials are in its file;
+    camera, lights and floor are the scene's."""
+
+    # Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest.
+    animation: NotRequired[Which | None]
+    # The file: `sha256:` and the digits of an asset, or the name of a file. It is whole, without other parts.
+    asset: str
+    # Materials in place of its own, by their names in the file.
+    materials: NotRequired[dict[str, Material]]
+    # How it moves while the shutter is open, which blurs it. Default: not at all.
+    motion: NotRequired[Motion | None]
+    # A name, for people. At most 256 bytes.
+    name: NotRequired[str | None]
+    # Which of its scenes, from 0. Default: the one that it names.
+    scene: NotRequired[int | None]
+    # Seconds since the start of the animation, of the first one if none is named.
+    t: NotRequired[float | None]
+    # Where it is put. Default: as it is in its file.
+    transform: NotRequired[Transform]
+    # Which axis of it is up. Default: z for STL, y for all else.
+    up: NotRequired[UpAxis | None]
+    # Which of its variants of materials, by its place from 0 or its name.
+    variant: NotRequired[Which | None]
 
 
 class Plan(TypedDict):
@@ -1740,6 +1797,8 @@ class ProblemDocument(TypedDict):
     instance: str
     # The limit that was exceeded; `/v1/limits` has all limits.
     limit: NotRequired[LimitEntry | None]
+    # Of assets that are missing: the SHA-256 of each.
+    missing: NotRequired[list[str]]
     # Number of further errors. The check stops after a thousand.
     more: NotRequired[int]
     # With 403: the scope that the key lacks.
@@ -1982,6 +2041,9 @@ class RenderSettings(TypedDict):
     # Whether surfaces are lit by light that other surfaces scatter once. It replaces ambient light on surfaces that
     # are seen directly, in mirrors or through glass. Default false.
     color_bleeding: NotRequired[bool]
+    # How light gets from everywhere to surfaces. `"faithful"` replaces ambient light, `color_bleeding` and
+    # `occlusion`, and what glows then lights other bodies. Default `"fast"`.
+    fidelity: NotRequired[Fidelity]
     # Whether a checkerboard is averaged over what each ray covers of it, so that it fades to grey far away. Images
     # and noise always are. Default true.
     filter_checkers: NotRequired[bool]
@@ -1995,8 +2057,8 @@ class RenderSettings(TypedDict):
     # Floating-point format. Default `"single"`.
     precision: NotRequired[Precision]
     # Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an
-    # area, rough surfaces, a lens, motion, dispersion, color bleeding) each pixel then gets 8 to 256, until it is
-    # likely within 1.5 codes of the mean of all; with an alpha channel 64.
+    # area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256,
+    # until it is likely within 1.5 codes of the mean of all; with an alpha channel 64.
     samples: NotRequired[int | None]
     # What casts shadows. Default `"opaque"`.
     shadows: NotRequired[Shadows]
@@ -2035,6 +2097,9 @@ class Replay(TypedDict):
 class RequestLimits(TypedDict):
     """What one request may ask for."""
 
+    # Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it
+    # needed longest ago go, but for what scenes of /v1/scenes and jobs name.
+    asset_bytes: int
     # Seconds a client may take to send a request's body.
     body_timeout_s: float
     # Tiles that one client may ask for at one time; one more is answered with 429. A client is an address of a
@@ -2161,7 +2226,7 @@ class SceneProblem(TypedDict):
 
 
 # Kinds of problems.
-SceneProblemCode: TypeAlias = "Literal['invalid-json', 'invalid-nff', 'wrong-type', 'missing-key', 'unknown-key', 'duplicate-name', 'out-of-range', 'unknown-reference', 'cycle', 'degenerate', 'limit', 'unsupported'] | Literal['invalid-model'] | Literal['other-format'] | Literal['out-of-bounds'] | Literal['missing-part'] | Literal['not-simulated'] | Literal['approximated'] | Literal['skipped'] | Literal['assumed'] | Literal['cancelled']"
+SceneProblemCode: TypeAlias = "Literal['invalid-json', 'invalid-nff', 'wrong-type', 'missing-key', 'unknown-key', 'duplicate-name', 'out-of-range', 'unknown-reference', 'cycle', 'degenerate', 'limit', 'unsupported'] | Literal['invalid-model'] | Literal['other-format'] | Literal['out-of-bounds'] | Literal['missing-part'] | Literal['not-simulated'] | Literal['approximated'] | Literal['skipped'] | Literal['assumed'] | Literal['missing-asset'] | Literal['cancelled']"
 
 
 # A scope of a key.
@@ -2175,6 +2240,17 @@ class SeenObject(TypedDict):
     name: str | None
     # Its JSON pointer. Objects inside of what is placed, as instances are, have that of what places them.
     pointer: str
+
+
+class SentAsset(TypedDict):
+    """An asset that was sent."""
+
+    # What scenes call it: `sha256:` and these digits.
+    asset: str
+    # How many bytes it has.
+    bytes: int
+    # Its SHA-256 in hexadecimal digits.
+    sha256: str
 
 
 class Sequence(TypedDict):
@@ -2701,6 +2777,10 @@ class Units(TypedDict):
     per_minute: int
 
 
+# An axis that is up.
+UpAxis: TypeAlias = "Literal['y', 'z']"
+
+
 class UvTransform(TypedDict):
     """A transform of texture coordinates as in KHR_texture_transform: from the upper left corner of the picture, v
     down; scaled, then rotated, then moved."""
@@ -2756,11 +2836,21 @@ class Wanted(TypedDict):
     ttl: NotRequired[int | None]
 
 
+class WantedAssets(TypedDict):
+    """Assets that somebody needs."""
+
+    # Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
+    sha256: list[str]
+
+
 class WebhookRequest(TypedDict):
     """A receiver that hears how a job ends."""
 
     # Where the message is posted, an address of the public network.
     url: str
+
+
+Which: TypeAlias = "int | str"
 
 
 class WindowedFalloff(TypedDict):
