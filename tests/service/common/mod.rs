@@ -1,5 +1,6 @@
 //! What several tests need: scenes, and the running service.
 
+#[allow(dead_code, reason = "the tests of the farm use all of it")]
 pub(crate) mod farm;
 pub(crate) mod receiver;
 pub(crate) mod service;
