@@ -121,7 +121,10 @@ impl JsonSchema for Which {
         "Which".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": ["integer", "string"], "minimum": 0, "maximum": u32::MAX, "minLength": 1, "maxLength": NAME })
+        json_schema!({
+            "description": "One of several in a file: its place, from 0, or its name.",
+            "type": ["integer", "string"], "minimum": 0, "maximum": u32::MAX, "minLength": 1, "maxLength": NAME,
+        })
     }
 }
 

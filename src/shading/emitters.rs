@@ -90,14 +90,15 @@ impl Emitters {
         size_of_val(&self.lamps[..]) + size_of_val(&self.before[..]) + size_of_val(&self.densities[..])
     }
 
-    /// The density by area with which a point of a material is chosen, but of a ball that is seen from outside.
+    /// The density by area with which a point of a material is chosen, but of a ball that is seen from outside; 0 of a material that
+    /// is none of the scene's own, as layers have for bodies.
     pub fn density(&self, material: usize) -> f64 {
-        self.densities[material]
+        self.densities.get(material).copied().unwrap_or(0.0)
     }
 
     /// The density by solid angle with which a direction to a ball of a material is chosen, from outside of it.
     pub fn density_of_ball(&self, material: usize, center: DVec3, radius: f64, place: DVec3) -> Option<f64> {
-        let power = self.densities[material] * 4.0 * PI * radius * radius;
+        let power = self.density(material) * 4.0 * PI * radius * radius;
         Some(power / (2.0 * PI * versine_of_cone(place - center, radius)?))
     }
 

@@ -140,7 +140,12 @@ impl<L: Lanes> Lobes<L> {
         let all_metal = metal + shiny * p.specular;
         let all_metal = V3 { x: all_metal, y: all_metal, z: all_metal };
         let metal = p.base_color * metal + tint * shiny;
-        let metal = [V3::select(smooth, metal, nothing), V3::select(smooth, all_metal, nothing)];
+        let mut metal = [V3::select(smooth, metal, nothing), V3::select(smooth, all_metal, nothing)];
+        let mut reflection = reflection;
+        if traced {
+            // Rays that choose among facets meet each facet once.
+            (reflection, metal) = (reflection.times(more), [metal[0].times(more), metal[1].times(more)]);
+        }
         let coat_mirror = if traced { zero } else { coat * coat_smooth };
         let (wide, coat_wide) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
         let (facets, lacquer_facets) = (chosen(s, wide, every), chosen(s, coat_wide, every));

@@ -113,6 +113,7 @@ impl<L: Lanes> RayCones<L> {
 }
 
 /// The environment map in the directions of some lanes, over cones of some angles.
+#[inline(never)]
 pub(super) fn around<L: Lanes>(s: L::Simd, environment: &Environment, dir: V3<L>, lanes: u32, spreads: L) -> V3<L> {
     L::vectorize(
         s,

@@ -82,8 +82,7 @@ fn several_frames_are_rendered_at_a_time() {
     wait_until("the front knows its nodes", || front.get("/v1/farm").json()["farm"]["slots"].as_u64() == Some(6));
     let work = Ear::at(&broker, "farm.t.>");
     nodes.iter().for_each(|node| node.signal("-STOP"));
-    let order =
-        json!({ "scene": serde_json::from_str::<Value>(BALL).unwrap(), "frames": { "turntable": { "frames": 12 } } });
+    let order = json!({ "scene": serde_json::from_str::<Value>(BALL).unwrap(), "frames": { "count": FRAMES, "turntable": {} } });
     let answer = front.post_json("/v1/jobs", &order.to_string());
     assert_eq!(answer.status, 202, "{}", answer.text());
     // Nothing is finished: what is published now is rendered at the same time.

@@ -17,7 +17,6 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 pub struct PlacedModel {
     /// The file: `sha256:` and the digits of an asset, or the name of a file. It is whole, without other parts.
-    #[schemars(length(min = 1))]
     pub asset: String,
     /// Which of its scenes, from 0. Default: the one that it names.
     #[serde(default, skip_serializing_if = "Option::is_none")]

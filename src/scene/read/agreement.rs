@@ -107,7 +107,7 @@ fn nothing_is_wrong_with_the_rich_scene() {
 #[test]
 fn knows_every_keyword_of_the_schema() {
     const KNOWN: &str = "$ref $defs $id $schema title description default format type properties required \
-        additionalProperties oneOf anyOf enum const items minItems maxItems maxLength propertyNames minimum maximum exclusiveMinimum \
+        additionalProperties oneOf anyOf enum const items minItems maxItems minLength maxLength propertyNames minimum maximum exclusiveMinimum \
         exclusiveMaximum pattern";
     fn check(schema: &Value) {
         let Some(keys) = schema.as_object() else { return };

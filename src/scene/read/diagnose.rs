@@ -250,6 +250,8 @@ impl<'s> Walk<'s> {
                     let detail =
                         format!("must be {}, is {}{near}", wording::expected(node, self.root), wording::shown(value));
                     self.unreadable(Code::WrongType, detail);
+                } else if node.schema.get("minLength").is_some() && word.is_empty() {
+                    self.unreadable(Code::WrongType, "must not be empty".into());
                 } else if node.schema.get("maxLength").is_some()
                     && let Some(detail) = name_too_long(word)
                 {

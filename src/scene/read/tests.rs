@@ -58,7 +58,7 @@ fn broken_objects() {
             r#"{"spere": {"center": [0, 0, 0], "radius": 1}}"#,
             "line 5, column 2: /objects/0/spere: no such kind of object \"spere\"; did you mean \"sphere\"? Here kinds are \
                  \"sphere\", \"plane\", \"disc\", \"triangle\", \"quad\", \"box\", \"cylinder\", \"cone\", \"torus\", \"mesh\", \
-                 \"polygon\", \"group\" and \"instance\" [UnknownKey]",
+                 \"polygon\", \"group\", \"instance\" and \"model\" [UnknownKey]",
         ),
         (
             r#"{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "red"}"#,
