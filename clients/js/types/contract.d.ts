@@ -5093,6 +5093,7 @@ export interface components {
             /** @description Where the message is posted, an address of the public network. */
             url: string;
         };
+        /** @description One of several in a file: its place, from 0, or its name. */
         Which: number | string;
         /** @description Parameters of the windowed falloff. */
         WindowedFalloff: {

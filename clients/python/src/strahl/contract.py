@@ -2850,6 +2850,7 @@ class WebhookRequest(TypedDict):
     url: str
 
 
+# One of several in a file: its place, from 0, or its name.
 Which: TypeAlias = "int | str"
 
 
