@@ -4,8 +4,8 @@
 //! Levels and footprints are computed for all lanes at once. Texels are fetched lane by lane, with the channels side by side,
 //! since lanes need others.
 //!
-//! Pictures of 8 bits are kept as their codes, with a table of what they stand for, and their copies of half the size are
-//! worked out where they are looked at: 4 bytes for a texel with all levels in place of 16, and the same numbers to the bit.
+//! Pictures of 8 bits are kept as their codes, with a table of what they stand for: 7 bytes for a texel with all levels in place of
+//! 16, and the same numbers to the bit. Smaller copies are numbers: rounded to codes they would change pictures.
 
 use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of};
 use crate::math;
@@ -32,8 +32,6 @@ enum Texels {
     Numbers(Vec<[f32; 3]>),
     /// Three codes for each texel, and what they stand for.
     Codes(Vec<u8>, Box<[f32; 256]>),
-    /// Nothing: texels are means of two by two of the level before.
-    Halves,
 }
 
 /// What lies beyond the edges of a picture.
@@ -91,21 +89,17 @@ impl Mipmap {
         let of = |level: &Level| match &level.texels {
             Texels::Numbers(texels) => size_of_val(&texels[..]),
             Texels::Codes(codes, values) => codes.len() + size_of_val(&values[..]),
-            Texels::Halves => 0,
         };
         self.levels.iter().map(of).sum()
     }
 
-    /// Bytes that one takes, as codes or as numbers.
+    /// Bytes that one takes, its largest size as codes or as numbers.
     pub fn bytes_for(width: u32, height: u32, is_coded: bool) -> u64 {
         let (mut width, mut height) = (u64::from(width), u64::from(height));
-        let (mut bytes, mut is_coded) =
-            (if is_coded { 3 * width * height + 1_024 } else { 12 * width * height }, is_coded);
+        let mut bytes = if is_coded { 3 * width * height + 1_024 } else { 12 * width * height };
         while width * height > 1 {
-            let is_kept = !(is_coded && width % 2 == 0 && height % 2 == 0);
             (width, height) = ((width / 2).max(1), (height / 2).max(1));
-            bytes += if is_kept { 12 * width * height } else { 0 };
-            is_coded = false;
+            bytes += 12 * width * height;
         }
         bytes
     }
@@ -159,45 +153,19 @@ impl Mipmap {
         self.texel(self.levels.len() - 1, 0, 0).map(f64::from)
     }
 
-    /// A texel of a level.
     fn texel(&self, level: usize, x: usize, y: usize) -> [f32; 3] {
-        match &self.levels[level].texels {
-            Texels::Halves => self.half(level, x, y),
-            _ => self.levels[level].kept(x, y),
-        }
-    }
-
-    /// The texels of a level at four places. One function for all kernels, since it is long.
-    #[inline(never)]
-    fn four_halves(&self, level: usize, places: [(usize, usize); 4]) -> [[f32; 3]; 4] {
-        places.map(|(x, y)| self.half(level, x, y))
-    }
-
-    /// The mean of two by two texels of the level before, added up as [`Self::halved`] does.
-    fn half(&self, level: usize, x: usize, y: usize) -> [f32; 3] {
-        let before = &self.levels[level - 1];
-        let mut sum = [0.0; 3];
-        for (down, across) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            let texel = before.kept(2 * x + across, 2 * y + down);
-            for c in 0..3 {
-                sum[c] += f64::from(texel[c]) * 0.25;
-            }
-        }
-        sum.map(|x| x as f32)
+        self.levels[level].texel(x, y)
     }
 
     /// The copy of the last level that is half as large in each direction, at least one texel. Texels are means over equal
     /// parts, so the mean of all stays.
     fn halved(&self) -> Option<Level> {
         let last = self.levels.len() - 1;
-        let Level { width: columns, height: rows, texels } = &self.levels[last];
+        let Level { width: columns, height: rows, .. } = &self.levels[last];
         if columns * rows == 1 {
             return None;
         }
         let (width, height) = ((columns / 2).max(1), (rows / 2).max(1));
-        if matches!(texels, Texels::Codes(..)) && columns % 2 == 0 && rows % 2 == 0 {
-            return Some(Level { width, height, texels: Texels::Halves });
-        }
         let (columns, rows) = (shares(*columns, width), shares(*rows, height));
         let mut texels = Vec::with_capacity(width * height);
         for row in &rows {
@@ -318,23 +286,16 @@ impl Mipmap {
                 let above = mix(at(left, upper), at(right, upper), across);
                 mix(above, mix(at(left, lower), at(right, lower), across), down)
             }
-            Texels::Halves => {
-                let places = [(left, upper), (right, upper), (left, lower), (right, lower)];
-                let [a, b, c, d] = self.four_halves(level, places);
-                mix(mix(wide(a), wide(b), across), mix(wide(c), wide(d), across), down)
-            }
         }
     }
 }
 
 impl Level {
-    /// A texel that is not worked out.
-    fn kept(&self, x: usize, y: usize) -> [f32; 3] {
+    fn texel(&self, x: usize, y: usize) -> [f32; 3] {
         let i = y * self.width + x;
         match &self.texels {
             Texels::Numbers(texels) => texels[i],
             Texels::Codes(codes, values) => decoded(codes, values, i),
-            Texels::Halves => unreachable!("only the level after codes is worked out"),
         }
     }
 }
@@ -365,7 +326,6 @@ fn extremes(texels: &Texels) -> [[f32; 3]; 2] {
                 }
             }
         }
-        Texels::Halves => unreachable!("no picture begins with it"),
     }
     extremes
 }
@@ -507,7 +467,7 @@ mod tests {
         let (columns, rows) = (axis(u, level.width, wrap[0]), axis(1.0 - v, level.height, wrap[1]));
         [0, 1, 2].map(|c| {
             let [above, below] = rows.map(|(y, _)| {
-                let [left, right] = columns.map(|(x, part)| f64::from(level.kept(x as usize, y as usize)[c]) * part);
+                let [left, right] = columns.map(|(x, part)| f64::from(level.texel(x as usize, y as usize)[c]) * part);
                 left + right
             });
             above * rows[0].1 + below * rows[1].1
@@ -543,7 +503,7 @@ mod tests {
             assert_eq!((coded.brightest(), coded.darkest()), (numbers.brightest(), numbers.darkest()));
             for (level, kept) in numbers.levels.iter().enumerate() {
                 for (x, y) in (0..kept.height).flat_map(|y| (0..kept.width).map(move |x| (x, y))) {
-                    assert_eq!(coded.texel(level, x, y), kept.kept(x, y), "{width} x {height}, level {level}, {x} {y}");
+                    assert_eq!(coded.texel(level, x, y), kept.texel(x, y), "{width} x {height}, level {level}, {x} {y}");
                 }
             }
             for (mipmap, is_coded) in [(&coded, true), (&numbers, false)] {
@@ -552,7 +512,7 @@ mod tests {
         }
         // With all levels, and the table of 1 KiB.
         let texels = 1 << 24;
-        assert_eq!(Mipmap::bytes_for(4_096, 4_096, true), 4 * texels - 4 + 1_024);
+        assert_eq!(Mipmap::bytes_for(4_096, 4_096, true), 7 * texels - 4 + 1_024);
         assert_eq!(Mipmap::bytes_for(4_096, 4_096, false), 16 * texels - 4);
     }
 
