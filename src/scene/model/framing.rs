@@ -285,7 +285,7 @@ mod tests {
         for side in 0..36 {
             let turned = DMat4::from_rotation_y(f64::from(side) * PI / 18.0);
             let eye = middle + turned.transform_vector3(DVec3::from_array(camera.eye) - middle);
-            let camera = PinholeCamera { eye: eye.to_array(), ..camera.clone() };
+            let camera = PinholeCamera { eye: eye.to_array(), ..camera };
             most = seen(&camera, 1.5, &points).iter().flatten().fold(most, |most, at| most.max(at.abs()));
         }
         assert!((FILLED - 0.01..FILLED + 1e-9).contains(&most), "{most}");

@@ -503,7 +503,11 @@ mod tests {
             assert_eq!((coded.brightest(), coded.darkest()), (numbers.brightest(), numbers.darkest()));
             for (level, kept) in numbers.levels.iter().enumerate() {
                 for (x, y) in (0..kept.height).flat_map(|y| (0..kept.width).map(move |x| (x, y))) {
-                    assert_eq!(coded.texel(level, x, y), kept.texel(x, y), "{width} x {height}, level {level}, {x} {y}");
+                    assert_eq!(
+                        coded.texel(level, x, y),
+                        kept.texel(x, y),
+                        "{width} x {height}, level {level}, {x} {y}"
+                    );
                 }
             }
             for (mipmap, is_coded) in [(&coded, true), (&numbers, false)] {

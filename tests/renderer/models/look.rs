@@ -3,6 +3,7 @@
 use data_encoding::BASE64;
 use serde_json::{Value, json};
 use strahl::film::{Display, Film, Region, ToneMapping};
+use strahl::math;
 use strahl::models::{Choice, Model, ModelFormat, read};
 use strahl::render::{Control, render};
 use strahl::scene::description::Object;
@@ -240,7 +241,7 @@ fn what_lies_flat_has_a_shadow_beside_it() {
 fn lamps_of_the_file_keep_their_colours_beside_the_studio() {
     let bytes = crate::common::read("tests/inputs/models/LightsPoint.glb");
     let description = imported(&bytes, ModelFormat::Gltf, &Overrides::default()).description;
-    let studio = description.environment.unwrap().intensity * f64::exp2(description.film.exposure);
+    let studio = description.environment.unwrap().intensity * math::pow(2.0, description.film.exposure);
     assert!((studio - 0.2).abs() < 1e-9, "{studio}");
     let seen = seen(&bytes, Format::Gltf, &overrides("three_quarter"));
     let colorful = |[r, g, b]: [u8; 3]| r.max(g).max(b) - r.min(g).min(b) > 90;
@@ -252,7 +253,7 @@ fn prism(sides: u32, first: &str) -> Model {
     let mut text = format!("{first}\n");
     for y in [0, 1] {
         for i in 0..sides {
-            let (sin, cos) = (f64::from(i) / f64::from(sides) * std::f64::consts::TAU).sin_cos();
+            let (sin, cos) = math::sin_cos(f64::from(i) / f64::from(sides) * std::f64::consts::TAU);
             text += &format!("v {cos} {y} {}\n", -sin);
         }
     }
@@ -274,7 +275,7 @@ fn obj_without_normals_is_smooth_up_to_creases() {
     let normals = geometry.normals.as_ref().unwrap();
     for ([x, y, z], [nx, ny, nz]) in geometry.positions.iter().zip(normals) {
         // Away from the axis, or upwards on top.
-        let off = f64::hypot(nx - x, nz - z) + ny.abs();
+        let off = math::hypot(nx - x, nz - z) + ny.abs();
         let is_top = *y == 1.0 && (ny - 1.0).abs() < 1e-9;
         assert!(off < 1e-2 || is_top, "{x} {y} {z}: {nx} {ny} {nz}");
     }
