@@ -215,7 +215,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 controls.lock().push(control.clone());
                 let mut tiles = Endless { next: 0, end: u32::MAX, share: 1.0 / f64::from(jobs), finished, over };
                 let name = format!("simulated-{job}-{}", unix_time().as_millis());
-                if let Err(error) = farm.render(&order(&name, Class::Norm, scene, tile_ms, &control), &mut tiles)
+                if let Err(error) = farm.render(&order(&name, Class::Norm, &scene, tile_ms, &control), &mut tiles)
                     && !over.load(Ordering::Relaxed)
                 {
                     eprintln!("job {job}: {error:?}");
