@@ -55,8 +55,8 @@ fn fresnel(least: f64) -> f64 {
     if least < 0.08 { least - 6.25 * least * least } else { 0.04 }
 }
 
-/// What is added to colours with these least channels so that Khronos PBR Neutral takes it away again: [`fresnel`] of the sum.
-/// Colours whose brightest channel is below [`START`] are then shown as they are.
+/// What is added to colours with these least channels so that Khronos PBR Neutral takes it away again: `fresnel` of the sum.
+/// Colours whose brightest channel is below `START` are then shown as they are.
 #[inline(always)]
 pub fn taken_by_khronos_pbr_neutral<L: Lanes>(s: L::Simd, least: L) -> L {
     let bright = L::lit(s, 0.04);
