@@ -48,15 +48,15 @@ class AsyncClient:
         """Closes all connections."""
         await self._http.aclose()
 
-    async def render(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> Picture:
+    async def render(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> Picture:
         """The picture of a scene."""
         return await self._do(calls.render(scene, options))
 
-    async def tile(self, scene: SceneLike, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
+    async def tile(self, scene: SceneLike, /, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
         return await self._do(calls.tile(scene, region, options))
 
-    async def stream(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> AsyncIterator[Pass]:
+    async def stream(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> AsyncIterator[Pass]:
         """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
         call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
         while True:
@@ -77,7 +77,7 @@ class AsyncClient:
                 raise shown(error, self._http.base_url) from error
             await anyio.sleep(seconds)
 
-    async def explain(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Plan:
+    async def explain(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Plan:
         """The plan: effects, why, and what they should cost."""
         return await self._do(calls.explain(scene, settings))
 
@@ -85,7 +85,7 @@ class AsyncClient:
         """The plan, and what the picture should cost with each of up to 32 settings."""
         return await self._do(calls.explain_each(scene, settings))
 
-    async def analyze(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Analyzed:
+    async def analyze(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Analyzed:
         """The plan, and what the picture cost."""
         return await self._do(calls.analyze(scene, settings))
 
@@ -97,30 +97,30 @@ class AsyncClient:
         """A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`."""
         return await self._do(calls.difference(a, b, format, gain))
 
-    async def tradeoff(self, scene: SceneLike, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
+    async def tradeoff(self, scene: SceneLike, /, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
         """What accuracy costs, measured in so many seconds."""
         return await self._do(calls.tradeoff(scene, seconds, settings))
 
-    async def validate(self, scene: SceneLike, **settings: Unpack[Settings]) -> list[contract.SceneProblem]:
+    async def validate(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> list[contract.SceneProblem]:
         """Warnings about a scene. One with mistakes raises `InvalidScene`, which has all of them."""
         return await self._do(calls.validate(scene, settings))
 
-    async def map(self, scene: SceneLike, of: str, *, format: str = "pfm", step: int | None = None,
+    async def map(self, scene: SceneLike, /, of: str, *, format: str = "pfm", step: int | None = None,
             **settings: Unpack[Settings]) -> Picture:
         """A map of the picture: `proved`, `rays`, `time`, `depth`, `samples` of each pixel."""
         return await self._do(calls.map_of(scene, of, format, step, settings))
 
-    async def tree(self, scene: SceneLike, x: int, y: int, *, all_samples: bool = False,
+    async def tree(self, scene: SceneLike, /, x: int, y: int, *, all_samples: bool = False,
              **settings: Unpack[Settings]) -> contract.RayTree:
         """The rays behind a pixel."""
         return await self._do(calls.tree(scene, x, y, all_samples, settings))
 
-    async def rays(self, scene: SceneLike, queries: Iterable[contract.RayQuery],
+    async def rays(self, scene: SceneLike, /, queries: Iterable[contract.RayQuery],
              **settings: Unpack[Settings]) -> list[contract.RayAnswer]:
         """What rays hit."""
         return await self._do(calls.rays(scene, queries, settings))
 
-    async def add_scene(self, scene: SceneLike, *, zoom: int | None = None, **settings: Unpack[Settings]) -> contract.KnownScene:
+    async def add_scene(self, scene: SceneLike, /, *, zoom: int | None = None, **settings: Unpack[Settings]) -> contract.KnownScene:
         """Stores a scene. The answer has its ids, and the addresses of its picture and tiles."""
         return await self._do(calls.add_scene(scene, zoom, settings))
 
@@ -191,7 +191,7 @@ class AsyncJobs:
     def __init__(self, client: AsyncClient) -> None:
         self._client = client
 
-    async def submit(self, scene: SceneLike, *, priority: int | None = None, labels: Sequence[str] = (),
+    async def submit(self, scene: SceneLike, /, *, priority: int | None = None, labels: Sequence[str] = (),
                webhook: str | None = None, store: str | bool = False,
                idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> AsyncJob:
         """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL

@@ -47,15 +47,15 @@ class Client:
         """Closes all connections."""
         self._http.close()
 
-    def render(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> Picture:
+    def render(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> Picture:
         """The picture of a scene."""
         return self._do(calls.render(scene, options))
 
-    def tile(self, scene: SceneLike, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
+    def tile(self, scene: SceneLike, /, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
         return self._do(calls.tile(scene, region, options))
 
-    def stream(self, scene: SceneLike, **options: Unpack[RenderOptions]) -> Iterator[Pass]:
+    def stream(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> Iterator[Pass]:
         """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
         call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
         while True:
@@ -76,7 +76,7 @@ class Client:
                 raise shown(error, self._http.base_url) from error
             time.sleep(seconds)
 
-    def explain(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Plan:
+    def explain(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Plan:
         """The plan: effects, why, and what they should cost."""
         return self._do(calls.explain(scene, settings))
 
@@ -84,7 +84,7 @@ class Client:
         """The plan, and what the picture should cost with each of up to 32 settings."""
         return self._do(calls.explain_each(scene, settings))
 
-    def analyze(self, scene: SceneLike, **settings: Unpack[Settings]) -> contract.Analyzed:
+    def analyze(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Analyzed:
         """The plan, and what the picture cost."""
         return self._do(calls.analyze(scene, settings))
 
@@ -96,30 +96,30 @@ class Client:
         """A picture of how far b is from a: `png` (codes times `gain`), `pfm` (light of b less that of a), `flip`."""
         return self._do(calls.difference(a, b, format, gain))
 
-    def tradeoff(self, scene: SceneLike, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
+    def tradeoff(self, scene: SceneLike, /, *, seconds: float | None = None, **settings: Unpack[Settings]) -> contract.Tradeoff:
         """What accuracy costs, measured in so many seconds."""
         return self._do(calls.tradeoff(scene, seconds, settings))
 
-    def validate(self, scene: SceneLike, **settings: Unpack[Settings]) -> list[contract.SceneProblem]:
+    def validate(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> list[contract.SceneProblem]:
         """Warnings about a scene. One with mistakes raises `InvalidScene`, which has all of them."""
         return self._do(calls.validate(scene, settings))
 
-    def map(self, scene: SceneLike, of: str, *, format: str = "pfm", step: int | None = None,
+    def map(self, scene: SceneLike, /, of: str, *, format: str = "pfm", step: int | None = None,
             **settings: Unpack[Settings]) -> Picture:
         """A map of the picture: `proved`, `rays`, `time`, `depth`, `samples` of each pixel."""
         return self._do(calls.map_of(scene, of, format, step, settings))
 
-    def tree(self, scene: SceneLike, x: int, y: int, *, all_samples: bool = False,
+    def tree(self, scene: SceneLike, /, x: int, y: int, *, all_samples: bool = False,
              **settings: Unpack[Settings]) -> contract.RayTree:
         """The rays behind a pixel."""
         return self._do(calls.tree(scene, x, y, all_samples, settings))
 
-    def rays(self, scene: SceneLike, queries: Iterable[contract.RayQuery],
+    def rays(self, scene: SceneLike, /, queries: Iterable[contract.RayQuery],
              **settings: Unpack[Settings]) -> list[contract.RayAnswer]:
         """What rays hit."""
         return self._do(calls.rays(scene, queries, settings))
 
-    def add_scene(self, scene: SceneLike, *, zoom: int | None = None, **settings: Unpack[Settings]) -> contract.KnownScene:
+    def add_scene(self, scene: SceneLike, /, *, zoom: int | None = None, **settings: Unpack[Settings]) -> contract.KnownScene:
         """Stores a scene. The answer has its ids, and the addresses of its picture and tiles."""
         return self._do(calls.add_scene(scene, zoom, settings))
 
@@ -190,7 +190,7 @@ class Jobs:
     def __init__(self, client: Client) -> None:
         self._client = client
 
-    def submit(self, scene: SceneLike, *, priority: int | None = None, labels: Sequence[str] = (),
+    def submit(self, scene: SceneLike, /, *, priority: int | None = None, labels: Sequence[str] = (),
                webhook: str | None = None, store: str | bool = False,
                idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> Job:
         """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL
