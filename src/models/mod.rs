@@ -26,7 +26,7 @@ pub use fault::{Fault, Faults, Kind, Place, Subject, Warning};
 pub use geometry::Geometry;
 pub use material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
 pub use model::{Lamp, LampKind, Model, ModelCamera, Picture, Placement, Projection, Up};
-pub use which::Which;
+pub use which::{Which, counted};
 
 /// Gives the part of a model that has a name; an error is the end of a sentence that begins with the name.
 pub type Parts<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;

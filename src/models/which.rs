@@ -57,10 +57,15 @@ impl Which {
         found.ok_or_else(|| {
             let listed: Vec<&str> = names.clone().flatten().take(20).collect();
             let listed = if listed.is_empty() { String::new() } else { format!(" ({})", listed.join(", ")) };
-            let detail = format!("there is no {what} {self}: the file has {}, counted from 0{listed}", names.len());
+            let detail = format!("there is no {what} {self}: the file has {}{listed}", counted(names.len()));
             Fault::new(pointer, Kind::UnknownReference, detail)
         })
     }
+}
+
+/// How many things a file has, as messages say it.
+pub fn counted(count: usize) -> String {
+    if count == 0 { "none".to_owned() } else { format!("{count}, counted from 0") }
 }
 
 impl fmt::Display for Which {

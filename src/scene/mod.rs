@@ -13,6 +13,7 @@ pub mod locate;
 pub mod model;
 pub mod named;
 pub mod nff;
+pub mod overrides;
 pub mod pictures;
 pub mod problem;
 pub mod read;
@@ -27,6 +28,7 @@ pub mod world;
 
 pub use compile::Scene;
 pub use description::Description;
-pub use load::{Format, Loaded, NotLoaded, Overrides, load, load_if, load_with};
+pub use load::{Format, Loaded, NotLoaded, load, load_if, load_with};
+pub use overrides::Overrides;
 pub use pictures::{Files, KnownScene, NoFiles};
 pub use problem::{Problem, Problems};

@@ -58,7 +58,8 @@ pub struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&self, _: &str) -> Result<Vec<u8>, String> {
-        Err("cannot be read: files are not read here. Put the picture into the scene as \"data:image/png;base64,...\""
+        Err("cannot be read: files are not read here. Put a picture into the scene as \"data:image/png;base64,...\", or send the file as an asset and \
+             name it \"sha256:...\""
             .into())
     }
 }

@@ -65,13 +65,19 @@ fn what_is_named_is_what_was_measured() {
         let named = |of: &Value| of.as_array().unwrap().clone();
         let choices = named(&t["choices"]["all"]).into_iter().filter(|choice| choice["rays"].is_object());
         let points = named(&t["points"]).into_iter().filter(|point| point["settings"]["max_codes"].is_number());
-        let all: Vec<Value> = choices.chain(points.filter(|point| point["rays"].is_object())).collect();
+        let points = points.filter(|point| point["rays"].is_object());
+        // A busy machine measures points in a picture of another size, and says so.
+        let all: Vec<(Value, &Value)> = choices
+            .map(|choice| (choice, &t["choices"]["size"]))
+            .chain(points.map(|point| (point, &t["circumstances"]["size"])))
+            .collect();
         assert!(all.len() > 10, "{name}: {all:?}");
-        for measured in all {
+        for (measured, size) in all {
             let settings = &measured["settings"];
             let number = |key: &str| settings[key].to_string();
             let mut args: Vec<String> = ["render", &scene(name)].map(str::to_owned).to_vec();
-            args.extend(size.map(str::to_owned));
+            let [width, height] = [0, 1].map(|side| size[side].to_string());
+            args.extend(["--width".to_owned(), width, "--height".to_owned(), height]);
             args.extend(["-o", picture.to_str().unwrap(), "--stats", stats.to_str().unwrap()].map(str::to_owned));
             match settings["max_codes"].as_u64() {
                 Some(codes) => args.extend(["--accuracy".to_owned(), format!("proved:{codes}")]),

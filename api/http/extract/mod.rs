@@ -9,4 +9,5 @@ pub(crate) mod prefer;
 pub(crate) mod query;
 pub(crate) mod scene_part;
 pub(crate) mod scene_request;
+mod scene_settings;
 pub(crate) mod variation;

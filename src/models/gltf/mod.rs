@@ -22,7 +22,7 @@ pub(crate) use images::media_type;
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
 use super::model::{Lamp, LampKind, Model, ModelCamera, Placement, Projection};
-use super::{Choice, Parts};
+use super::{Choice, Parts, counted};
 use buffers::Buffers;
 use glam::{DMat4, DQuat, DVec3};
 use json::{Document, Primitive};
@@ -140,7 +140,7 @@ impl Builder<'_> {
         let count = self.document.scenes.len();
         match self.choice.scene.map(|scene| scene as usize) {
             Some(scene) if scene >= count => {
-                let detail = format!("there is no scene {scene}: the file has {count}, counted from 0");
+                let detail = format!("there is no scene {scene}: the file has {}", counted(count));
                 Err(Fault::new("/scenes", Kind::UnknownReference, detail))
             }
             Some(scene) => Ok(Some(scene)),

@@ -4,7 +4,7 @@
 use super::framing::{self, Placed};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
-use crate::models::{Lamp, ModelCamera, Warning};
+use crate::models::{Lamp, ModelCamera, Warning, counted};
 use crate::scene::Overrides;
 use crate::scene::description::{
     self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, Light, Material, Object,
@@ -87,8 +87,8 @@ impl Views {
             Some(camera) => Ok(framing::of_file(camera, model, middle)),
             None => {
                 let detail = format!(
-                    "there is no camera {index}: the file has {}, counted from 0; without camera= the whole model is seen",
-                    self.cameras.len()
+                    "there is no camera {index}: the file has {}; without camera= the whole model is seen",
+                    counted(self.cameras.len())
                 );
                 Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))
             }
