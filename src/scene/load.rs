@@ -343,6 +343,7 @@ impl Overrides {
 
 #[cfg(test)]
 mod tests {
+    use super::super::problem::Code;
     use super::*;
 
     const SCENE: &str = r#"{
