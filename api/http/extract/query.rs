@@ -445,6 +445,8 @@ impl Query {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strahl::scene::Format;
+    use strahl::scene::limits;
 
     fn query(query: &str) -> Query {
         Query::of(&format!("/v1/render?{query}").parse().unwrap()).unwrap()
