@@ -12,7 +12,7 @@ const KEYS: usize = 1_000;
 pub(super) fn check(sequence: &Sequence) -> Result<(), Problems> {
     let mut problems = Vec::new();
     let mut wrong = |at: &str, code, detail: String| problems.push(Problem::new(format!("/frames{at}"), code, detail));
-    let &Sequence { count, rate, ref turntable, ref camera, closed, shutter, ref patches, .. } = sequence;
+    let &Sequence { count, rate, ref turntable, ref camera, closed, shutter, play, ref patches, .. } = sequence;
     let max = FRAMES.max;
     match count {
         None if patches.is_empty() => wrong("/count", Code::MissingKey, "it is required without patches".into()),
@@ -55,6 +55,9 @@ pub(super) fn check(sequence: &Sequence) -> Result<(), Problems> {
     }
     if shutter.is_some_and(|share| !(share > 0.0 && share <= 1.0)) {
         wrong("/shutter", Code::OutOfRange, "must be above 0, at most 1".into());
+    }
+    if play.is_some_and(|speed| !(speed > 0.0 && speed <= 1_000.0)) {
+        wrong("/play", Code::OutOfRange, "must be above 0, at most 1000".into());
     }
     if problems.is_empty() { Ok(()) } else { Err(Problems(problems)) }
 }

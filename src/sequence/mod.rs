@@ -3,10 +3,12 @@
 //! A frame is a scene like any other. So its picture has an id and a proof of its own, and is the one that its scene gives
 //! alone. Frames are made as variations of the scene, which share its geometry as long as no body moves.
 
+mod bodies;
 mod check;
 mod ease;
 mod motion;
 mod path;
+mod play;
 mod track;
 mod turntable;
 
@@ -58,6 +60,11 @@ pub struct Sequence {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 1.0))]
     pub shutter: Option<f64>,
+    /// How fast the animations of models go on, those that say `animation` or `t`: seconds of theirs in a second of the frames by
+    /// `rate`, above 0, at most 1000. After their end they stay as they are then. Default: they stay at their `t`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1000.0))]
+    pub play: Option<f64>,
     /// What is different in each frame: merge patches (RFC 7396) on the scene, one for each frame. Then the camera and the
     /// bodies of the patched scene are moved. Default: nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -80,6 +87,7 @@ impl Sequence {
             camera: Vec::new(),
             closed: false,
             shutter: None,
+            play: None,
             patches: Vec::new(),
         }
     }
@@ -128,13 +136,16 @@ impl<'a> Frame<'a> {
 
     /// Moves the camera and the bodies of the patched scene to where they are in this frame.
     pub fn place(&self, scene: &mut Description) -> Result<(), Problem> {
-        let Sequence { turntable, camera, closed, shutter, .. } = self.sequence;
+        let Sequence { rate, turntable, camera, closed, shutter, play, .. } = self.sequence;
         path::take(&mut scene.camera, camera, *closed, self.time())?;
         if let Some(turntable) = turntable {
             turntable.turn(&mut scene.camera, self.number, self.sequence.count());
         }
         if let Some(shutter) = shutter {
             motion::go_on(scene, f64::from(self.number) / shutter);
+        }
+        if let Some(speed) = play {
+            play::go_on(scene, f64::from(self.number) / rate * speed)?;
         }
         Ok(())
     }

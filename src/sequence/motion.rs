@@ -4,44 +4,32 @@
 //! lets it go on at that speed: after s shutters it stands where the motion has taken it, and goes on around an axis that has
 //! come along.
 
+use super::bodies::change;
 use super::turntable::sin_cos_of_degrees;
 use crate::scene::description::{Description, Motion, Object, Transform};
 use crate::scene::transform::affine;
 use glam::{DAffine3, DMat3, DVec3};
-use std::sync::Arc;
 
 /// Moves all bodies of a scene to where they are after so many shutters.
 pub(super) fn go_on(scene: &mut Description, shutters: f64) {
-    if shutters == 0.0 {
-        return;
-    }
-    // What does not move is shared with the scene.
-    if scene.objects.iter().any(moves) {
-        Arc::make_mut(&mut scene.objects).iter_mut().for_each(|object| advance(object, shutters));
-    }
-    if scene.definitions.iter().any(|(_, objects)| objects.iter().any(moves)) {
-        for (_, objects) in Arc::make_mut(&mut scene.definitions).iter_mut() {
-            objects.iter_mut().for_each(|object| advance(object, shutters));
-        }
+    if shutters != 0.0 {
+        change(scene, moves, |object| advance(object, shutters));
     }
 }
 
 fn moves(object: &Object) -> bool {
-    match object {
-        Object::Group(group) => group.motion.is_some_and(|motion| motion.moves()) || group.objects.iter().any(moves),
-        Object::Instance(instance) => instance.motion.is_some_and(|motion| motion.moves()),
-        Object::Model(model) => model.motion.is_some_and(|motion| motion.moves()),
-        _ => false,
-    }
+    let motion = match object {
+        Object::Group(group) => group.motion,
+        Object::Instance(instance) => instance.motion,
+        Object::Model(model) => model.motion,
+        _ => None,
+    };
+    motion.is_some_and(|motion| motion.moves())
 }
 
-/// The scene's reader limits how deep groups are.
 fn advance(object: &mut Object, shutters: f64) {
     match object {
-        Object::Group(group) => {
-            group.objects.iter_mut().for_each(|object| advance(object, shutters));
-            carry(&mut group.transform, &mut group.motion, shutters);
-        }
+        Object::Group(group) => carry(&mut group.transform, &mut group.motion, shutters),
         Object::Instance(instance) => carry(&mut instance.transform, &mut instance.motion, shutters),
         Object::Model(model) => carry(&mut model.transform, &mut model.motion, shutters),
         _ => {}

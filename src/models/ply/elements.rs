@@ -1,7 +1,7 @@
 //! The elements of a PLY file: vertices, polygons and strips.
 
 use super::super::budget::{Budget, worked};
-use super::super::fault::{Fault, Kind, Subject, warn};
+use super::super::fault::{Fault, Kind, Place, Subject, warn};
 use super::super::geometry::Geometry;
 use super::super::material::ModelMaterial;
 use super::super::model::{Model, Placement};
@@ -135,13 +135,9 @@ impl Reader {
                     continue;
                 };
                 let place = numbers.place();
-                let count = numbers.next(length)?;
-                if count < 0.0 || count > numbers.left() as f64 {
-                    let detail = format!("a list of {count} numbers does not fit into the rest of the file");
-                    return Err(Fault::new("", Kind::OutOfBounds, detail).at(place));
-                }
+                let count = length_of_list(numbers.next(length)?, numbers.left(), place)?;
                 corners.clear();
-                for _ in 0..count as usize {
+                for _ in 0..count {
                     let place = numbers.place();
                     let index = numbers.next(property.scalar)?;
                     let is_known = index >= 0.0 && index < self.geometry.positions.len() as f64 && index % 1.0 == 0.0;
@@ -229,14 +225,23 @@ fn pause(i: u64) -> Result<(), Fault> {
     if i.is_multiple_of(4_096) { worked(4_096 * 8) } else { Ok(()) }
 }
 
-fn skip(property: &Property, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
-    let place = numbers.place();
-    let count = property.length.map_or(Ok(1.0), |length| numbers.next(length))?;
-    if count < 0.0 || count > numbers.left() as f64 {
+/// The numbers of a list, which must be in the rest of the file.
+fn length_of_list(count: f64, left: u64, place: Place) -> Result<u64, Fault> {
+    if count < 0.0 || count % 1.0 != 0.0 {
+        let detail = format!("a list begins with how many numbers it has, and {count} is no such number");
+        return Err(Fault::new("", Kind::OutOfRange, detail).at(place));
+    }
+    if count > left as f64 {
         let detail = format!("a list of {count} numbers does not fit into the rest of the file");
         return Err(Fault::new("", Kind::OutOfBounds, detail).at(place));
     }
-    for i in 0..count as u64 {
+    Ok(count as u64)
+}
+
+fn skip(property: &Property, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+    let place = numbers.place();
+    let count = property.length.map_or(Ok(1.0), |length| numbers.next(length))?;
+    for i in 0..length_of_list(count, numbers.left(), place)? {
         pause(i)?;
         numbers.next(property.scalar)?;
     }

@@ -19,6 +19,8 @@ const VERTICAL: f64 = 30.0;
 const FILLED: f64 = 0.9;
 /// Sides from which a model is looked at that the camera goes around.
 const SIDES: u32 = 72;
+/// Sine of the angle below which a triangle is seen from its edge, or is a line.
+const FLAT: f64 = 1e-9;
 /// Vertices, as they are placed, that are looked at one by one; of more the boxes around them are.
 const VERTICES: u64 = 50_000_000;
 
@@ -49,8 +51,15 @@ fn turned(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The vertices of a model: lists of points, each with the matrices that place it.
-pub(super) struct Placed<'a>(Vec<(&'a [[f64; 3]], Vec<DMat4>)>);
+/// The meshes of a model, and where they are.
+pub(super) struct Placed<'a>(Vec<PlacedMesh<'a>>);
+
+/// A mesh with the matrices that place it.
+struct PlacedMesh<'a> {
+    points: &'a [[f64; 3]],
+    faces: &'a [[u32; 3]],
+    matrices: Vec<DMat4>,
+}
 
 impl<'a> Placed<'a> {
     /// Those of the objects of a model: meshes, and instances of meshes.
@@ -58,7 +67,11 @@ impl<'a> Placed<'a> {
         let (mut placed, mut places) = (Vec::new(), HashMap::new());
         for object in objects {
             match object {
-                Object::Mesh(mesh) => placed.push((mesh.vertices.as_slice(), vec![DMat4::IDENTITY])),
+                Object::Mesh(mesh) => placed.push(PlacedMesh {
+                    points: &mesh.vertices,
+                    faces: &mesh.faces,
+                    matrices: vec![DMat4::IDENTITY],
+                }),
                 Object::Instance(instance) => {
                     let matrix = instance.transform.matrix.map_or(DMat4::IDENTITY, |it| DMat4::from_cols_array(&it));
                     places.entry(instance.of.as_str()).or_insert_with(Vec::new).push(matrix);
@@ -70,7 +83,8 @@ impl<'a> Placed<'a> {
             let Some(matrices) = places.remove(name.as_str()) else { continue };
             for object in objects {
                 if let Object::Mesh(mesh) = object {
-                    placed.push((mesh.vertices.as_slice(), matrices.clone()));
+                    let matrices = matrices.clone();
+                    placed.push(PlacedMesh { points: &mesh.vertices, faces: &mesh.faces, matrices });
                 }
             }
         }
@@ -80,10 +94,10 @@ impl<'a> Placed<'a> {
     /// The corners of the box around all of it, if there is any.
     pub(super) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (positions, matrices) in &self.0 {
+        for PlacedMesh { points, matrices, .. } in &self.0 {
             // Of what stands in few places each vertex counts, of what stands in many the box around it.
-            let boxed = (matrices.len() > 16).then(|| corners(positions));
-            let points = boxed.as_deref().unwrap_or(positions);
+            let boxed = (matrices.len() > 16).then(|| corners(points));
+            let points = boxed.as_deref().unwrap_or(points);
             for matrix in matrices {
                 for point in points {
                     let placed = matrix.transform_point3(DVec3::from_array(*point));
@@ -93,6 +107,20 @@ impl<'a> Placed<'a> {
         }
         let extent = (high - low).max_element();
         (extent.is_finite() && extent > 0.0).then_some((low, high))
+    }
+
+    /// Whether no triangle has an area as seen from a point: all are lines, or the model is flat and seen from its edge.
+    pub(super) fn is_edge_on(&self, eye: DVec3) -> bool {
+        self.0.iter().all(|PlacedMesh { points, faces, matrices }| {
+            matrices.iter().all(|matrix| {
+                faces.iter().all(|face| {
+                    let [a, b, c] = face.map(|i| matrix.transform_point3(DVec3::from_array(points[i as usize])) - eye);
+                    let (normal, edges) = ((b - a).cross(c - a), (b - a).length() * (c - a).length());
+                    let is_line = normal.length() <= FLAT * edges;
+                    is_line || a.dot(normal).abs() <= FLAT * a.length() * normal.length()
+                })
+            })
+        })
     }
 }
 
@@ -109,10 +137,10 @@ impl<const N: usize> Extremes<N> {
     fn of(Placed(placed): &Placed<'_>, origin: DVec3, directions: [DVec3; N], times: u64) -> Self {
         let mut extremes = Self { origin, directions, most: [f64::NEG_INFINITY; N] };
         let vertices: u64 =
-            placed.iter().map(|(positions, matrices)| positions.len() as u64 * matrices.len() as u64 * times).sum();
-        for (positions, matrices) in placed {
-            let boxed = (vertices > VERTICES).then(|| corners(positions));
-            let points = boxed.as_deref().unwrap_or(positions);
+            placed.iter().map(|mesh| mesh.points.len() as u64 * mesh.matrices.len() as u64 * times).sum();
+        for PlacedMesh { points, matrices, .. } in placed {
+            let boxed = (vertices > VERTICES).then(|| corners(points));
+            let points = boxed.as_deref().unwrap_or(points);
             for matrix in matrices {
                 extremes.add(points, matrix);
             }
@@ -225,7 +253,7 @@ mod tests {
     use super::*;
 
     fn model(points: &[[f64; 3]]) -> Placed<'_> {
-        Placed(vec![(points, vec![DMat4::IDENTITY])])
+        Placed(vec![PlacedMesh { points, faces: &[], matrices: vec![DMat4::IDENTITY] }])
     }
 
     fn middle(model: &Placed<'_>) -> DVec3 {

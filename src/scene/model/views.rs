@@ -4,7 +4,7 @@
 use super::framing::{self, Placed};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
-use crate::models::{Lamp, ModelCamera, Warning, counted};
+use crate::models::{Lamp, ModelCamera, Subject, Warning, counted};
 use crate::scene::Overrides;
 use crate::scene::description::{
     self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, Light, Material, Object,
@@ -52,8 +52,20 @@ impl Views {
         let options = &overrides.model;
         let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
         let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
-        let camera = self.camera(&Placed::of(objects, definitions), options, aspect)?;
+        let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions);
+        let camera = self.camera(&placed, options, aspect)?;
         let [mut warnings, of_look, of_fast] = self.warnings.clone();
+        if let Camera::Pinhole(camera) = &camera
+            && placed.is_edge_on(DVec3::from_array(camera.eye))
+        {
+            let detail = "all triangles are lines from where the camera is, so nothing is seen: a flat model shows in another view";
+            warnings.push(Warning {
+                subject: Subject::Skipped,
+                what: "edges",
+                detail: detail.to_owned(),
+                pointer: String::new(),
+            });
+        }
         let fidelity = overrides.fidelity.unwrap_or_default();
         let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
         warnings.extend(of_look);

@@ -298,3 +298,17 @@ fn models_that_cannot_be_seen_are_refused_as_models() {
     let dark = Overrides { model: options, ..Overrides::default() };
     assert!(warns(&imported(CUBE, ModelFormat::Obj, &dark), "assumed: no-lamps"));
 }
+
+/// A flat model shows from another side; one of lines never does.
+#[test]
+fn what_is_seen_from_its_edge_is_said() {
+    let upright = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let line = b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n";
+    let cases: [(&[u8], &str, bool); 4] =
+        [(upright, "left", true), (upright, "front", false), (line, "front", true), (line, "-20,40", true)];
+    for (bytes, view, is_unseen) in cases {
+        let warned = warns(&imported(bytes, ModelFormat::Obj, &overrides(view)), "skipped: edges");
+        let empty = seen(bytes, Format::Obj, &overrides(view)).codes.iter().all(|codes| *codes == [0; 3]);
+        assert_eq!((warned, empty), (is_unseen, is_unseen), "{view}");
+    }
+}

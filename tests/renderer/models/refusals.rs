@@ -67,6 +67,10 @@ fn what_is_not_read_is_refused_by_name() {
     let refused = |name: &str| model(name, Choice::default()).unwrap_err().0[0].clone();
     assert!(refused("ply/points_ascii.ply").detail.contains("only points"));
     assert!(refused("stl/empty.stl").detail.contains("nothing to see"));
+    let ply = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list int float tags\nend_header\n-0.927566 0.5 1\n";
+    let list = &read(ModelFormat::Ply, ply, &|_| Err("none".into()), Choice::default()).unwrap_err().0[0];
+    assert!(list.detail.contains("how many numbers it has, and -0.927566 is no such number"), "{}", list.detail);
+    assert_eq!(list.place, Place::Line(6, 1));
     let relative = refused("obj/invalid-relative-vertex-index.obj");
     assert_eq!((relative.kind, relative.place), (Kind::UnknownReference, Place::Line(1, 3)));
     assert_eq!(refused("obj/number_formats.obj").place, Place::Line(11, 14));

@@ -7,7 +7,7 @@ use strahl::film::Region;
 use strahl::render::{Control, render};
 use strahl::scene::compile::{Original, Precise};
 use strahl::scene::description::Camera;
-use strahl::scene::{Format, Loaded, NoFiles, NotLoaded, Overrides, Problems, Scene, load};
+use strahl::scene::{Files, Format, Loaded, NoFiles, NotLoaded, Overrides, Problems, Scene, load, load_with};
 use strahl::sequence::Sequence;
 
 /// Bodies of which one moves while the shutter is open, and glass.
@@ -52,6 +52,34 @@ fn frame(base: &Loaded, sequence: &Sequence, number: u32) -> Result<Loaded, Prob
     let accept = |_: &_| Ok::<_, Infallible>(());
     let loaded = sequence.frame(number).load_if(original, &Overrides::default(), &NoFiles, accept);
     loaded.map_err(|NotLoaded::Problems(problems)| problems)
+}
+
+/// The models of the tests.
+struct Models;
+
+impl Files for Models {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/inputs/models/");
+        std::fs::read(format!("{folder}{name}")).map_err(|why| why.to_string())
+    }
+}
+
+/// A model, in a group and as a definition, that was so long in motion.
+fn with_models(t: [Option<f64>; 2]) -> Value {
+    let model = |t: Option<f64>| {
+        let mut model = json!({ "asset": "AnimatedMorphCube_quantized.glb", "transform": { "scale": 50 } });
+        if let Some(t) = t {
+            model["t"] = json!(t);
+        }
+        json!({ "model": model })
+    };
+    let mut scene = scene();
+    scene["definitions"]["morphed"] = json!([model(t[0])]);
+    scene["objects"] = json!([
+        { "group": { "objects": [model(t[1])], "transform": { "translate": [-1, 1, 0] } } },
+        { "instance": { "of": "morphed", "transform": { "translate": [1, 0.5, 0] } } },
+    ]);
+    scene
 }
 
 fn pixels(scene: &Scene) -> Vec<[u32; 3]> {
@@ -163,6 +191,32 @@ fn moving_cameras_share_the_geometry() {
     }
 }
 
+/// A second of frames is two of the animation.
+#[test]
+fn animations_of_models_go_on() {
+    let with =
+        |t| load_with(with_models(t).to_string().as_bytes(), Format::Json, &Overrides::default(), &Models).unwrap();
+    let accept = |_: &_| Ok::<_, Infallible>(());
+    let sequence = sequence(json!({ "count": 4, "rate": 10, "play": 2 }));
+    let frame = |base: &Loaded, number| {
+        let original = Original { description: &base.description, scene: &base.scene };
+        sequence.frame(number).load_if(original, &Overrides::default(), &Models, accept)
+    };
+    let base = with([Some(0.5), Some(0.0)]);
+    let mut pictures = Vec::new();
+    for number in 0..4 {
+        let seconds = f64::from(number) / 10.0 * 2.0;
+        let alone = with([Some(0.5 + seconds), Some(seconds)]);
+        pictures.push(pixels(&frame(&base, number).unwrap().scene));
+        assert_eq!(pictures.last(), Some(&pixels(&alone.scene)), "frame {number}");
+    }
+    assert!(pictures.windows(2).all(|two| two[0] != two[1]), "the cube is morphed");
+
+    let at_rest = with([None, None]);
+    let Err(NotLoaded::Problems(Problems(problems))) = frame(&at_rest, 1) else { panic!("nothing plays") };
+    assert!(problems[0].pointer == "/objects" && problems[0].detail.contains("nothing here plays"), "{problems:?}");
+}
+
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     let key = |t: f64| json!({ "t": t, "eye": [0, 0, 1] });
@@ -174,6 +228,8 @@ fn what_is_wrong_is_said_with_its_place() {
         (json!({ "count": 2, "rate": 1e300 }), "/frames/rate"),
         (json!({ "count": 2, "shutter": 0 }), "/frames/shutter"),
         (json!({ "count": 2, "shutter": 1.5 }), "/frames/shutter"),
+        (json!({ "count": 2, "play": 0 }), "/frames/play"),
+        (json!({ "count": 2, "play": 1e9 }), "/frames/play"),
         (json!({ "count": 2, "turntable": { "degrees": 1e9 } }), "/frames/turntable/degrees"),
         (json!({ "count": 2, "turntable": { "axis": [0, 0, 0] } }), "/frames/turntable/axis"),
         (json!({ "count": 2, "turntable": { "center": [1e300, 0, 0] } }), "/frames/turntable/center"),
