@@ -4303,6 +4303,12 @@ export interface components {
             }[];
             /**
              * Format: double
+             * @description How fast the animations of models go on, those that say `animation` or `t`: seconds of theirs in a second of the frames by
+             *     `rate`, above 0, at most 1000. After their end they stay as they are then. Default: they stay at their `t`.
+             */
+            play?: number | null;
+            /**
+             * Format: double
              * @description Frames a second of animations, 0.1 to 100. Default 24.
              * @default 24
              */

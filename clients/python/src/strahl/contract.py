@@ -2269,6 +2269,10 @@ class Sequence(TypedDict):
     # What is different in each frame: merge patches (RFC 7396) on the scene, one for each frame. Then the camera
     # and the bodies of the patched scene are moved. Default: nothing.
     patches: NotRequired[list[dict[str, Any]]]
+    # How fast the animations of models go on, those that say `animation` or `t`: seconds of theirs in a second of
+    # the frames by `rate`, above 0, at most 1000. After their end they stay as they are then. Default: they stay at
+    # their `t`.
+    play: NotRequired[float | None]
     # Frames a second of animations, 0.1 to 100. Default 24.
     rate: NotRequired[float]
     # For which share of the time between two frames the shutter is open, above 0, at most 1. Then the `motion` of
