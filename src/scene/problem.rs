@@ -76,7 +76,7 @@ impl Problem {
     }
 
     /// An asset is not there.
-    pub(in crate::scene) fn missing_asset(pointer: impl Into<String>, hash: &str) -> Self {
+    pub fn missing_asset(pointer: impl Into<String>, hash: &str) -> Self {
         Self::new(
             pointer,
             Code::MissingAsset,
