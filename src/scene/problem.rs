@@ -84,6 +84,14 @@ impl Problem {
         )
     }
 
+    /// Why a file that a scene names cannot be read. An asset may have been deleted since it was looked for.
+    pub(in crate::scene) fn unread(name: &str, why: &str) -> (Code, String) {
+        match hash_of(name) {
+            Some(_) => (Code::MissingAsset, format!("{name} {why}")),
+            None => (Code::UnknownReference, format!("{} {why}", quoted(name))),
+        }
+    }
+
     /// The SHA-256 of the asset that is missing.
     pub fn lacks(&self) -> Option<&str> {
         let name = (self.code == Code::MissingAsset).then(|| self.detail.split(' ').next())??;

@@ -96,7 +96,8 @@ fn an_asset_of_one_front_is_rendered_in_jobs_of_another_and_stays_while_they_nee
         let lacking = acme.submit(there, order).problem(422, "assets-missing");
         assert_eq!(lacking["missing"], json!([hash(&cube)]));
     }
-    let left = || fs::read_dir(farm.store.path().join("assets")).unwrap().flatten().filter(|file| file.path().is_file());
+    let left =
+        || fs::read_dir(farm.store.path().join("assets")).unwrap().flatten().filter(|file| file.path().is_file());
     assert_eq!(left().count(), 0, "{:?}", left().collect::<Vec<_>>());
 }
 

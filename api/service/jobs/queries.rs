@@ -72,7 +72,8 @@ impl Jobs {
         if let Some(shared) = &self.shared
             && !shared.records.catch_up_here()
         {
-            let detail = "the broker of the farm does not answer, so it is not known whether a job needs the asset".into();
+            let detail =
+                "the broker of the farm does not answer, so it is not known whether a job needs the asset".into();
             return Err(Error::Busy { detail, retry_after: 2 });
         }
         let registry = locked(&self.registry);
