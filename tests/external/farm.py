@@ -430,7 +430,7 @@ def run_job(address, key, body):
 
 def overhead(chosen, farm):
     """One job of many pieces on two nodes of one core each, and on one machine with two threads, in turn."""
-    size, samples, frames = (2048, 1280), chosen.samples, b""
+    size, samples, frames = chosen.size, chosen.samples, b""
     if chosen.frames:
         size, frames = (320, 200), b', "frames": {"count": %d, "turntable": {"degrees": 30}}' % chosen.frames
     alone = service.Service("--insecure-no-auth", "--threads", "2", program=chosen.program)
@@ -493,7 +493,8 @@ def main():
     arguments.add_argument("--pause", type=float, nargs=2, default=(0.5, 4), metavar="SECONDS", help="shortest and longest between kills")
     arguments.add_argument("--tiles", type=int, default=100_000, help="of the soak, and of those that wait")
     arguments.add_argument("--rounds", type=int, default=5, help="of the overhead")
-    arguments.add_argument("--samples", type=int, default=16, help="of a pixel of the overhead's job")
+    arguments.add_argument("--size", type=int, nargs=2, default=(2048, 1280), metavar="PIXELS", help="of the overhead's picture")
+    arguments.add_argument("--samples", type=int, default=16, help="of each of its pixels")
     arguments.add_argument("--frames", type=int, default=0, help="of the overhead's job, instead of one picture")
     arguments.add_argument("--jobs", type=int, default=300, help="of the latency")
     chosen = arguments.parse_args()
