@@ -22,6 +22,8 @@ pub(crate) enum Error {
     NoIds(&'static str),
     /// The request asks for something outside of the picture, or beyond the precision of its numbers.
     OutOfRange(String),
+    /// Something else needs what was to be deleted.
+    InUse(String),
     /// The picture is more work than one answer or one job may take.
     Limit {
         /// The limit's name.

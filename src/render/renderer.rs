@@ -7,7 +7,7 @@ use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
 
 use super::confidence::{Histogram, Sampling};
-use super::tiles::{near, split};
+use super::tiles::{edge_of_tiles, near, split};
 use super::{Picture, Refined, RenderOptions, adaptive_sampling};
 use crate::camera::Window;
 use crate::film::{Film, Region};
@@ -124,7 +124,8 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     /// The base samples of a region, row by row.
     fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
         let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
-        let parts: Result<Vec<Traced>, Cancelled> = split(region, self.options.tile, &mut pixels)
+        let edge = edge_of_tiles(region, self.options.tile, rayon::current_num_threads());
+        let parts: Result<Vec<Traced>, Cancelled> = split(region, edge, &mut pixels)
             .into_par_iter()
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)

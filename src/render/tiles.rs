@@ -37,6 +37,15 @@ impl Tile<'_> {
     }
 }
 
+/// Edge of the tiles of a region: one asked for, or a smaller one, so that each of some threads has a few. Tiles of a job may be as
+/// small as one of these, where pixels are dear.
+pub(super) fn edge_of_tiles(region: Region, edge: u32, threads: usize) -> u32 {
+    let wanted = if threads > 1 { 4 * threads as u64 } else { 1 };
+    let count = |edge: u32| u64::from(region.width.div_ceil(edge)) * u64::from(region.height.div_ceil(edge));
+    let halves = std::iter::successors(Some(edge), |edge| Some(edge / 2)).take_while(|edge| *edge > BLOCK);
+    halves.clone().find(|edge| count(*edge) >= wanted).or(halves.last()).unwrap_or(edge)
+}
+
 /// Cuts the pixels of a region into tiles.
 pub(super) fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
     let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();

@@ -7,7 +7,7 @@ use super::Scene;
 use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
 use super::hashes::hash_of;
 use super::limits::{PICTURE_BYTES, PICTURE_MEMORY, PICTURE_SIDE};
-use super::problem::{Code, Problem, Problems, push_token, quoted, unless_cancelled};
+use super::problem::{Code, Problem, Problems, push_token, unless_cancelled};
 use crate::control::{self, Cancelled};
 use crate::math;
 use crate::models::ktx2::{self, Ktx2};
@@ -261,7 +261,7 @@ fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
         let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
         return Err((Code::Unsupported, detail.into()));
     } else {
-        files.read(source).map_err(|why| (Code::UnknownReference, format!("{} {why}", quoted(source))))?
+        files.read(source).map_err(|why| Problem::unread(source, &why))?
     };
     if bytes.len() as u64 > PICTURE_BYTES.max {
         let detail =

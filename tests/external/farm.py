@@ -8,7 +8,7 @@ kills     nodes, fronts and the broker are killed, stopped and told to end, at r
 leader    three brokers; the one that leads the work is killed, again and again
 soak      100,000 empty tiles: memory and consumers stay as they are
 waiting   100,000 tiles wait, and no node is there: memory of the front
-overhead  one job on two nodes of one core, and on one machine with two threads, in turn
+overhead  one job on two nodes of one core, and on one machine with two threads, in turn; with --frames a sequence, a piece for each frame
 latency   from publishing a piece of work to the begin at a node
 
 No job may be lost, no byte may be wrong, each tile is stored once. STRAHL_NATS_SERVER=path takes another broker.
@@ -430,12 +430,14 @@ def run_job(address, key, body):
 
 def overhead(chosen, farm):
     """One job of many pieces on two nodes of one core each, and on one machine with two threads, in turn."""
-    size, samples = (2048, 1280), chosen.samples
+    size, samples, frames = chosen.size, chosen.samples, b""
+    if chosen.frames:
+        size, frames = (320, 200), b', "frames": {"count": %d, "turntable": {"degrees": 30}}' % chosen.frames
     alone = service.Service("--insecure-no-auth", "--threads", "2", program=chosen.program)
     rows = []
     try:
         for turn in range(chosen.rounds):
-            body = b'{"scene": %s}' % different(box(size, {"samples": samples, "max_depth": 5}, lights=10), turn)
+            body = b'{"scene": %s%s}' % (different(box(size, {"samples": samples, "max_depth": 5}, lights=10), turn), frames)
             first = farm.brokers[0].streams()["FARM_T"]["state"]["last_seq"]
             row = {}
             for where in ("farm", "alone") if turn % 2 else ("alone", "farm"):
@@ -491,7 +493,9 @@ def main():
     arguments.add_argument("--pause", type=float, nargs=2, default=(0.5, 4), metavar="SECONDS", help="shortest and longest between kills")
     arguments.add_argument("--tiles", type=int, default=100_000, help="of the soak, and of those that wait")
     arguments.add_argument("--rounds", type=int, default=5, help="of the overhead")
-    arguments.add_argument("--samples", type=int, default=16, help="of a pixel of the overhead's job")
+    arguments.add_argument("--size", type=int, nargs=2, default=(2048, 1280), metavar="PIXELS", help="of the overhead's picture")
+    arguments.add_argument("--samples", type=int, default=16, help="of each of its pixels")
+    arguments.add_argument("--frames", type=int, default=0, help="of the overhead's job, instead of one picture")
     arguments.add_argument("--jobs", type=int, default=300, help="of the latency")
     chosen = arguments.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("stopped"))  # as with Ctrl-C, what was started ends, too

@@ -2,28 +2,27 @@
 
 use crate::backends::{MIRRORS, alone};
 use crate::common::BALL;
-use crate::common::service::{Answer, PROGRAM, Service, request};
-use crate::harness::{Broker, LEASE, Node, wait_until};
+use crate::common::service::{Answer, Service, request};
+use crate::harness::{Broker, LEASE, Node, new_key, wait_until};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
-use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// A broker, a store, and fronts.
-struct Fronts {
-    fronts: Vec<Service>,
-    store: tempfile::TempDir,
+pub(crate) struct Fronts {
+    pub(crate) fronts: Vec<Service>,
+    pub(crate) store: tempfile::TempDir,
     broker: Broker,
     flags: Vec<String>,
 }
 
 impl Fronts {
     /// Starts so many; none where there is no server.
-    fn start(count: usize, flags: &[&str]) -> Option<Self> {
+    pub(crate) fn start(count: usize, flags: &[&str]) -> Option<Self> {
         let broker = Broker::start()?;
         let flags = flags.iter().map(|flag| (*flag).to_owned()).collect();
         let mut farm = Self { fronts: Vec::new(), store: tempfile::tempdir().unwrap(), broker, flags };
@@ -40,7 +39,7 @@ impl Fronts {
         self.fronts.push(Service::start(&flags));
     }
 
-    fn node(&self) -> Node {
+    pub(crate) fn node(&self) -> Node {
         Node::start(&self.broker.url(), self.store.path().to_str().unwrap(), "node", &[])
     }
 
@@ -302,15 +301,10 @@ fn one_key_is_one_job_at_whichever_front() {
 fn as_many_jobs_wait_as_may_however_many_fronts_are_asked() {
     let folder = tempfile::tempdir().unwrap();
     let keys = folder.path().join("keys.toml");
-    let made = Command::new(PROGRAM)
-        .args(["key", "new", "--tenant", "acme", "--file", keys.to_str().unwrap()])
-        .output()
-        .unwrap();
-    let key = String::from_utf8(made.stdout).unwrap().lines().find(|line| line.starts_with("rk_")).unwrap().to_owned();
+    let bearer = new_key(&keys, "acme");
     let text = fs::read_to_string(&keys).unwrap();
     fs::write(&keys, format!("[tenants.acme]\njobs = 7\n{text}")).unwrap();
     let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
-    let bearer = format!("Bearer {key}");
     let headers = [("Content-Type", "application/json"), ("Authorization", bearer.as_str())];
     let answers: Vec<Answer> = thread::scope(|scope| {
         let send = |at: usize| {
@@ -420,12 +414,7 @@ fn a_short_job_does_not_wait_for_a_long_one() {
 fn one_tenant_does_not_wait_for_all_jobs_of_another() {
     let folder = tempfile::tempdir().unwrap();
     let keys = folder.path().join("keys.toml");
-    let [much, little] = ["much", "little"].map(|tenant| {
-        let made =
-            Command::new(PROGRAM).args(["key", "new", "--tenant", tenant, "--file"]).arg(&keys).output().unwrap();
-        assert!(made.status.success(), "{made:?}");
-        format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim())
-    });
+    let [much, little] = ["much", "little"].map(|tenant| new_key(&keys, tenant));
     let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
     let ask = |front: usize, key: &str, method: &str, path: &str, body: &str| {
         let headers = [("Content-Type", "application/json"), ("Authorization", key)];
@@ -458,8 +447,7 @@ fn a_rate_limit_is_that_of_all_fronts() {
     let folder = tempfile::tempdir().unwrap();
     let keys = folder.path().join("keys.toml");
     fs::write(&keys, "[tenants.acme]\nunits_per_minute = 60\n").unwrap();
-    let made = Command::new(PROGRAM).args(["key", "new", "--tenant", "acme", "--file"]).arg(&keys).output().unwrap();
-    let key = format!("Bearer {}", String::from_utf8(made.stdout).unwrap().trim());
+    let key = new_key(&keys, "acme");
     let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
     let left = |front: usize| {
         let answer = farm.fronts[front].send("GET", "/v1/jobs", &[("Authorization", &key)], b"");

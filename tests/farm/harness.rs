@@ -1,8 +1,10 @@
 //! A farm of tests, and what the broker hears.
 
 pub(crate) use crate::common::farm::{Broker, LEASE, Node, free_port, wait_until};
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, PROGRAM, Service};
 use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
@@ -82,6 +84,13 @@ impl Farm {
 pub(crate) fn job(members: &str, scene: &str) -> String {
     let comma = if members.is_empty() { "" } else { ", " };
     format!("{{ \"scene\": {scene}{comma}{members} }}")
+}
+
+/// A new key of a tenant in a file of keys, as a header says it.
+pub(crate) fn new_key(file: &Path, tenant: &str) -> String {
+    let new = Command::new(PROGRAM).args(["key", "new", "--tenant", tenant, "--file"]).arg(file).output().unwrap();
+    let said = String::from_utf8(new.stdout).unwrap();
+    format!("Bearer {}", said.lines().find(|line| line.starts_with("rk_")).expect("a key"))
 }
 
 /// Hears what is published on a subject, from now on.

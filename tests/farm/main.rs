@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod accounts;
+mod assets;
 mod backends;
 mod cluster;
 #[path = "../service/common/mod.rs"]

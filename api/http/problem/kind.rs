@@ -79,7 +79,7 @@ kinds! {
     Gone = "gone", GONE, "No longer available",
         "Submit the job again.";
     Conflict = "conflict", CONFLICT, "Job state does not allow this",
-        "`detail` says which state it is in. Jobs that have ended stay as they are.";
+        "`detail` says which state it is in. Jobs that have ended stay as they are, and assets stay as long as a job needs them.";
     JobNotFinished = "job-not-finished", CONFLICT, "The job is not done yet",
         "Try again after the seconds in the Retry-After header, or follow the job's events.";
     JobFailed = "job-failed", CONFLICT, "The job has no picture",

@@ -247,6 +247,7 @@ impl From<Error> for Problem {
             }
             Error::NoIds(detail) => Self::new(Kind::InvalidScene, detail),
             Error::OutOfRange(detail) => Self::new(Kind::InvalidParameter, detail),
+            Error::InUse(detail) => Self::new(Kind::Conflict, detail),
             Error::Limit { name, max, detail } => Self::limit(Kind::CostLimit, name, max, detail),
             Error::TooLarge(detail) => Self::new(Kind::TooLarge, detail),
             Error::Busy { detail, retry_after } => Self::new(Kind::Saturated, detail).retry_after(retry_after),

@@ -19,8 +19,8 @@ pub(super) fn routes() -> Vec<Route> {
     let about_post = "Sends an asset, and returns its SHA-256.";
     let about_get = "The bytes of an asset that you have sent. HEAD says whether it is there.";
     let about_missing = "Which of some assets you have yet to send.";
-    let about_remove = "Forgets an asset. Its bytes are deleted once every tenant that sent them has deleted them.\n\nScenes and \
-                        jobs that name it are refused then, or fail.";
+    let about_remove = "Forgets an asset. Its bytes are deleted once every tenant that sent them has deleted them.\n\nScenes that \
+                        name it are refused then. While a job of yours needs it that has not ended, the answer is 409.";
     let file = Content::file("application/octet-stream");
     let digits = "64 hexadecimal digits, small letters.";
     vec![

@@ -3,6 +3,10 @@
 //! The bytes are kept once. They belong to the tenants that have sent them, each of which has a claim: for all others they are
 //! missing, since a hash is no permission. Each tenant's claims have a number of bytes together. The one needed longest ago goes
 //! first, but none that a kept scene or a job names. In a farm, where others may name them, none goes by itself.
+//!
+//! A tenant cannot delete what a job of its own needs that has not ended. Another front may accept such a job at the same time:
+//! who deletes looks for jobs after the claim is gone, and who accepts a job looks for the claim after the job is written down,
+//! so that one of the two sees the other.
 
 mod shelf;
 
@@ -117,10 +121,11 @@ impl Assets {
         }
         self.make_room(tenant, bytes.len() as u64, named, has_scene)?;
         let put = || {
-            if !self.shelf.has(hash) {
-                self.shelf.put(hash, bytes)?;
-            }
-            self.shelf.claim(hash, tenant, bytes.len() as u64)
+            let put_absent = || if self.shelf.has(hash) { Ok(()) } else { self.shelf.put(hash, bytes) };
+            put_absent()?;
+            self.shelf.claim(hash, tenant, bytes.len() as u64)?;
+            // Another front may have removed them with the last claim before this one.
+            put_absent()
         };
         put().map_err(|error: io::Error| {
             tracing::error!(%error, "an asset cannot be kept");
@@ -166,7 +171,10 @@ impl Assets {
         if left + bytes > self.most {
             return Err(full);
         }
-        going.iter().for_each(|hash| _ = self.give_up(tenant, hash));
+        for hash in &going {
+            let gone = self.unclaim(tenant, hash).and_then(|()| self.shelf.remove_unclaimed(hash));
+            gone.unwrap_or_else(|error| tracing::error!(hash, %error, "an asset cannot be deleted"));
+        }
         Ok(())
     }
 
@@ -204,7 +212,7 @@ impl Assets {
             return self.knows(tenant, hash);
         }
         // Another front may have heard of it, or taken it back.
-        let claimed = self.shelf.claimed(hash, tenant);
+        let claimed = self.shelf.claimed(hash, tenant).filter(|_| self.shelf.has(hash));
         let mut known = self.known.lock();
         match claimed {
             Some(bytes) => known.add(tenant, hash, bytes),
@@ -233,19 +241,38 @@ impl Assets {
         tenant.is_none_or(|tenant| self.owns(tenant, hash)).then(|| self.shelf.get(hash)).flatten()
     }
 
-    /// Takes back a tenant's claim; false if it has none. With the last one the bytes go.
-    pub(crate) fn remove(&self, tenant: &str, hash: &str) -> Result<bool, Error> {
-        let _alone = self.changes.lock();
-        self.give_up(tenant, hash).map_err(|error| {
+    /// Takes back a tenant's claim; false if it has none. With the last one the bytes go. `needed_by` names a job that keeps it.
+    pub(crate) fn remove(
+        &self,
+        tenant: &str,
+        hash: &str,
+        needed_by: impl Fn() -> Result<Option<String>, Error>,
+    ) -> Result<bool, Error> {
+        let needed = || match needed_by()? {
+            Some(job) => Err(Error::InUse(format!("job {job} needs the asset: cancel it, or wait until it has ended"))),
+            None => Ok(()),
+        };
+        let failed = |error: io::Error| {
             tracing::error!(%error, "an asset cannot be deleted");
             Error::Internal("the asset cannot be deleted; the service's log says why")
-        })
+        };
+        let _alone = self.changes.lock();
+        let Some(bytes) = self.size(tenant, hash) else { return Ok(false) };
+        needed()?;
+        self.unclaim(tenant, hash).map_err(failed)?;
+        if let Err(needed) = needed() {
+            self.shelf.claim(hash, tenant, bytes).map_err(failed)?;
+            self.known.lock().add(tenant, hash, bytes);
+            return Err(needed);
+        }
+        self.shelf.remove_unclaimed(hash).map_err(failed)?;
+        Ok(true)
     }
 
-    fn give_up(&self, tenant: &str, hash: &str) -> io::Result<bool> {
-        let was = self.shelf.release(hash, tenant)?;
+    fn unclaim(&self, tenant: &str, hash: &str) -> io::Result<()> {
+        self.shelf.unclaim(hash, tenant)?;
         self.known.lock().remove(tenant, hash);
-        Ok(was)
+        Ok(())
     }
 
     /// Whether no tenant is known to have any.
@@ -296,15 +323,34 @@ mod tests {
         assert!(kept(&assets, "one", b"duck", &[]).unwrap());
         assert!(!kept(&assets, "one", b"duck", &[]).unwrap());
         assert_eq!(assets.get("one", &hash).as_deref(), Some(&b"duck"[..]));
-        assert!(assets.get("two", &hash).is_none() && !assets.remove("two", &hash).unwrap());
+        let remove = |assets: &Assets, tenant| assets.remove(tenant, &hash, || Ok(None)).unwrap();
+        assert!(assets.get("two", &hash).is_none() && !remove(&assets, "two"));
         assert!(kept(&assets, "two", b"duck", &[]).unwrap());
-        assert!(assets.remove("one", &hash).unwrap());
+        assert!(remove(&assets, "one"));
         assert_eq!(assets.bytes("one"), [0, 100]);
         // After a restart, too.
         let assets = Assets::open(folder.path(), 100, false).unwrap();
         assert_eq!([assets.size("one", &hash), assets.size("two", &hash)], [None, Some(4)]);
-        assert!(assets.remove("two", &hash).unwrap());
+        assert!(remove(&assets, "two"));
         assert!(!assets.shelf.has(&hash));
+    }
+
+    #[test]
+    fn what_a_job_needs_is_not_deleted() {
+        let folder = tempfile::tempdir().unwrap();
+        let assets = Assets::open(folder.path(), 100, false).unwrap();
+        let hash = sha256(b"duck");
+        kept(&assets, "one", b"duck", &[]).unwrap();
+        let refused = |assets: &Assets, answers: [Option<&str>; 2]| {
+            let answers = std::cell::RefCell::new(answers.into_iter());
+            let needed_by = || Ok(answers.borrow_mut().next().flatten().map(str::to_owned));
+            matches!(assets.remove("one", &hash, needed_by), Err(Error::InUse(_)))
+        };
+        // The second one was accepted while the asset was being deleted.
+        assert!(refused(&assets, [Some("job"), None]) && refused(&assets, [None, Some("job")]));
+        let assets = Assets::open(folder.path(), 100, false).unwrap();
+        assert_eq!(assets.get("one", &hash).as_deref(), Some(&b"duck"[..]));
+        assert!(!refused(&assets, [None, None]) && assets.get("one", &hash).is_none());
     }
 
     #[test]

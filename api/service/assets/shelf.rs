@@ -12,7 +12,8 @@ use tokio::runtime::Handle;
 pub(super) enum Shelf {
     /// Bytes as `HASH`, claims as `HASH.TENANT`, and as `s_…` what a kept scene names.
     Folder(BlobStore),
-    /// Bytes as `assets/HASH`, claims as `assets/claims/HASH/t-TENANT`. These may take their time.
+    /// Bytes as `assets/HASH`, claims as `assets/claims/HASH/t-TENANT`. These may take their time, and other fronts change them,
+    /// too.
     Store(Objects, Handle),
 }
 
@@ -81,28 +82,28 @@ impl Shelf {
         }
     }
 
-    /// Removes a claim, and the bytes with the last one; whether there was one.
-    pub(super) fn release(&self, hash: &str, tenant: &str) -> io::Result<bool> {
+    /// Removes a claim.
+    pub(super) fn unclaim(&self, hash: &str, tenant: &str) -> io::Result<()> {
         match self {
             Self::Folder(blobs) => {
-                let was = blobs.remove(&format!("{hash}.{tenant}"));
+                blobs.remove(&format!("{hash}.{tenant}"));
+                Ok(())
+            }
+            Self::Store(objects, runtime) => runtime.block_on(objects.delete(&claim(hash, tenant))).map_err(failed),
+        }
+    }
+
+    /// Removes the bytes of a hash unless there is a claim to them.
+    pub(super) fn remove_unclaimed(&self, hash: &str) -> io::Result<()> {
+        match self {
+            Self::Folder(blobs) => {
                 let before = format!("{hash}.");
-                if was && !blobs.names().iter().any(|name| name.starts_with(&before)) {
+                if !blobs.names().iter().any(|name| name.starts_with(&before)) {
                     blobs.remove(hash);
                 }
-                Ok(was)
+                Ok(())
             }
-            Self::Store(objects, runtime) => runtime
-                .block_on(async {
-                    let claim = claim(hash, tenant);
-                    let was = objects.exists(&claim).await?;
-                    objects.delete(&claim).await?;
-                    if was && !objects.has_any(&format!("{CLAIMS}/{hash}")).await? {
-                        objects.delete(&blob(hash)).await?;
-                    }
-                    Ok(was)
-                })
-                .map_err(failed),
+            Self::Store(objects, runtime) => runtime.block_on(remove_unclaimed(objects, hash)).map_err(failed),
         }
     }
 
@@ -119,6 +120,20 @@ const CLAIMS: &str = "assets/claims";
 
 fn blob(hash: &str) -> String {
     format!("assets/{hash}")
+}
+
+/// Another front may find the bytes and write a claim at the same time. It looks for the bytes once more when it has written the
+/// claim, and this looks for claims once more when it has put the bytes aside, so one of the two puts them back.
+async fn remove_unclaimed(objects: &Objects, hash: &str) -> Result<(), ObjectError> {
+    let (claims, aside) = (format!("{CLAIMS}/{hash}"), format!("assets/leaving/{hash}"));
+    if objects.has_any(&claims).await? {
+        return Ok(());
+    }
+    objects.rename(&blob(hash), &aside).await?;
+    if objects.has_any(&claims).await? {
+        return objects.rename(&aside, &blob(hash)).await;
+    }
+    objects.delete(&aside).await
 }
 
 /// Names of tenants are no digests, so that what is read is not checked against one.

@@ -118,8 +118,8 @@ impl Records {
     }
 
     /// The same on a thread that is none of a runtime.
-    pub(crate) fn catch_up_here(&self) {
-        self.runtime.block_on(self.catch_up());
+    pub(crate) fn catch_up_here(&self) -> bool {
+        self.runtime.block_on(self.catch_up())
     }
 
     /// Hears of all that there is, and then of each change, for ever.

@@ -67,6 +67,24 @@ impl Jobs {
         registry.jobs.values().flat_map(needed).collect()
     }
 
+    /// A job of a tenant that has not ended and names an asset. In a farm it may wait for what other fronts have accepted.
+    pub(crate) fn that_needs(&self, tenant: &str, hash: &str) -> Result<Option<String>, Error> {
+        if let Some(shared) = &self.shared
+            && !shared.records.catch_up_here()
+        {
+            let detail =
+                "the broker of the farm does not answer, so it is not known whether a job needs the asset".into();
+            return Err(Error::Busy { detail, retry_after: 2 });
+        }
+        let registry = locked(&self.registry);
+        let needs = |job: &Arc<Job>| {
+            let record = job.record();
+            let is_needed = record.tenant == tenant && record.assets.iter().any(|asset| asset == hash);
+            is_needed.then(|| record.id.clone())
+        };
+        Ok(registry.all_unfinished().find_map(needs))
+    }
+
     /// The picture of a job that shows this whole image in this format.
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
         let name = PictureSpec::plain(None, format).name(&image_id);

@@ -114,6 +114,9 @@ impl Registry {
         }
         self.look_for_parcels(&record);
         if record.forgotten && !before.forgotten {
+            if before.state.is_final() {
+                job.rest();
+            }
             self.remove(&record.id);
             self.leaving.insert(record.id, Arc::clone(job));
         }

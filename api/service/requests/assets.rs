@@ -58,10 +58,11 @@ impl Service {
         self.asset_work(look).await
     }
 
-    /// Takes back a tenant's claim on an asset; false if it has none.
+    /// Takes back a tenant's claim on an asset; false if it has none. What a job of its own needs stays.
     pub(crate) async fn remove_asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<bool, Error> {
         let service = Arc::clone(self);
-        self.asset_work(move || service.assets.remove(&tenant, &hash)).await
+        let remove = move || service.assets.remove(&tenant, &hash, || service.jobs.that_needs(&tenant, &hash));
+        self.asset_work(remove).await
     }
 
     /// Work that may wait for the disk or for the store of a farm.

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Region};
 use strahl::scene::description::{Accuracy, ImageSize};
-use strahl::scene::{Description, Format, Overrides};
+use strahl::scene::{Description, Format, Overrides, Problem, Problems};
 use strahl::sequence::Sequence;
 
 /// A job that a client asks for.
@@ -144,9 +144,30 @@ impl Service {
             Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, record.spec.output)).await,
             None => None,
         };
-        let jobs = Arc::clone(&self.jobs);
-        let submit = move || jobs.submit(record, &scene, most, claim.as_ref(), file.as_deref());
+        let service = Arc::clone(self);
+        let submit = move || {
+            let job = service.jobs.submit(record, &scene, most, claim.as_ref(), file.as_deref())?;
+            if let Err(lacking) = service.check_assets(&job) {
+                let gone = service.jobs.forget(&job);
+                gone.unwrap_or_else(|error| tracing::error!(%error, "a job without its assets cannot be forgotten"));
+                return Err(lacking);
+            }
+            Ok(job)
+        };
         tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
+    }
+
+    /// Refuses a job whose assets were deleted while it was being accepted, by another front perhaps. Who deletes one looks for jobs
+    /// that need it; this looks for the asset when the job can be seen.
+    fn check_assets(&self, job: &Job) -> Result<(), Error> {
+        let (tenant, assets) = {
+            let record = job.record();
+            let assets = if record.state.is_final() { Vec::new() } else { record.assets.clone() };
+            (record.tenant.clone(), assets)
+        };
+        let lacking = assets.iter().filter(|hash| !self.assets.owns(&tenant, hash));
+        let problems: Vec<Problem> = lacking.map(|hash| Problem::missing_asset("", hash)).collect();
+        if problems.is_empty() { Ok(()) } else { Err(Error::Scene(Problems(problems))) }
     }
 
     /// The picture of a job that has succeeded. If its file is damaged or gone it is rendered again, to the same bytes; none

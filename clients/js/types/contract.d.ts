@@ -344,7 +344,7 @@ export interface paths {
         post?: never;
         /**
          * Forgets an asset. Its bytes are deleted once every tenant that sent them has deleted them.
-         * @description Scenes and jobs that name it are refused then, or fail.
+         * @description Scenes that name it are refused then. While a job of yours needs it that has not ended, the answer is 409.
          */
         delete: operations["removeAsset"];
         options?: never;

@@ -121,8 +121,8 @@ impl Reader<'_> {
         let by_hash = assets::hash_of(&said.asset);
         self.from_files |= by_hash.is_none();
         let bytes = self.files.read(&said.asset).map_err(|why| {
-            let detail = format!("{} {why}", quoted(&said.asset));
-            Problems::one(Problem::new(&asset, Code::UnknownReference, detail))
+            let (code, detail) = Problem::unread(&said.asset, &why);
+            Problems::one(Problem::new(&asset, code, detail))
         })?;
         let format = model_format(&bytes, by_hash.is_none().then_some(said.asset.as_str())).ok_or_else(|| {
             let detail = "the file is no model: glTF, OBJ, STL and PLY are read";

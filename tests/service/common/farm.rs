@@ -14,18 +14,17 @@ use std::time::{Duration, Instant};
 /// Longest wait for anything.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// The NATS servers that there are, the oldest version first. `.ci/run` fetches them.
-fn servers() -> Vec<PathBuf> {
-    if let Some(path) = std::env::var_os("STRAHL_NATS_SERVER") {
-        return vec![path.into()];
-    }
+/// The oldest NATS server that there is. `.ci/run` fetches some.
+fn server() -> Option<PathBuf> {
+    std::env::var_os("STRAHL_NATS_SERVER").map(PathBuf::from).or_else(|| fetched("nats-server-"))
+}
+
+/// The first program whose name begins like this.
+fn fetched(name: &str) -> Option<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/external");
     let files = fs::read_dir(folder).into_iter().flatten().flatten().map(|file| file.path());
-    let is_server =
-        |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("nats-server-"));
-    let mut found: Vec<_> = files.filter(is_server).collect();
-    found.sort();
-    found
+    let is_it = |path: &PathBuf| path.file_name().is_some_and(|file| file.to_string_lossy().starts_with(name));
+    files.filter(is_it).min()
 }
 
 /// A NATS server with a folder of its own.
@@ -43,9 +42,18 @@ impl Broker {
         Self::start_with(&[])
     }
 
-    #[expect(clippy::print_stdout, reason = "whoever runs the tests should know")]
     pub(crate) fn start_with(flags: &[&str]) -> Option<Self> {
-        let Some(program) = servers().first().cloned() else {
+        Self::start_program(server(), flags)
+    }
+
+    /// Starts one that is too old.
+    pub(crate) fn start_old() -> Option<Self> {
+        Self::start_program(fetched("refused-nats-server-"), &[])
+    }
+
+    #[expect(clippy::print_stdout, reason = "whoever runs the tests should know")]
+    fn start_program(program: Option<PathBuf>, flags: &[&str]) -> Option<Self> {
+        let Some(program) = program else {
             println!("SKIPPED: no nats-server; name one with STRAHL_NATS_SERVER, or let .ci/run fetch it");
             return None;
         };
@@ -192,10 +200,15 @@ pub(crate) struct TestFarm {
 }
 
 impl TestFarm {
+    /// Whether services of tests have farms, unless their flags say otherwise.
+    pub(crate) fn is_wanted() -> bool {
+        std::env::var_os("STRAHL_TEST_FARM").is_some()
+    }
+
     /// One, if whoever runs the tests wants it and the flags do not say otherwise.
     pub(crate) fn wanted(flags: &[&str]) -> Option<Self> {
         let others = ["--farm", "--data", "--keep-images"];
-        if std::env::var_os("STRAHL_TEST_FARM").is_none() || flags.iter().any(|flag| others.contains(flag)) {
+        if !Self::is_wanted() || flags.iter().any(|flag| others.contains(flag)) {
             return None;
         }
         Some(Self { node: None, store: tempfile::tempdir().unwrap(), broker: Broker::start()? })

@@ -225,6 +225,14 @@ impl Objects {
         Ok(self.store.list(Some(&folder)).next().await.transpose()?.is_some())
     }
 
+    /// Gives a blob another name, if there is one of the first.
+    pub(crate) async fn rename(&self, from: &str, to: &str) -> Result<(), ObjectError> {
+        match self.store.rename(&self.name(from)?, &self.name(to)?).await {
+            Err(object_store::Error::NotFound { .. }) => Ok(()),
+            renamed => Ok(renamed?),
+        }
+    }
+
     /// Deletes a blob, if there is one of that name.
     pub(crate) async fn delete(&self, name: &str) -> Result<(), ObjectError> {
         match self.store.delete(&self.name(name)?).await {
