@@ -4,7 +4,7 @@ use super::files::{format_of, model};
 use crate::common::{read as file, root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use strahl::models::{Choice, Kind, Place, Which, read};
+use strahl::models::{Choice, Kind, ModelFormat, Place, Which, read};
 use strahl::scene::model::import;
 use strahl::scene::{NoFiles, Overrides};
 
