@@ -59,6 +59,7 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
     let sequence = args.sequence.as_deref().map(|name| read(&places, name, args.frame)).transpose()?;
     let mut session = Session::start_at(&scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
+    let sequence = sequence.map(|sequence| session.go_around(sequence));
     let ready = match &sequence {
         Some(sequence) => session.prepare_frame(sequence.frame(args.frame))?,
         None => session.prepare()?,

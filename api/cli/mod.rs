@@ -80,7 +80,7 @@ enum Command {
     Assemble(assemble::AssembleArgs),
     /// Render one frame of numbered scenes, for a farm's manager.
     Frame(frame::FrameArgs),
-    /// Convert a Neutral File Format file into scene JSON.
+    /// Convert a model or a Neutral File Format file into scene JSON.
     Import(import::ImportArgs),
     /// Check a scene and report all its problems, without rendering it.
     Validate(validate::ValidateArgs),

@@ -73,6 +73,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     if let Some(frames) = frames {
+        let frames = session.go_around(frames);
         sequence::run(&session, &frames, &file_name, format, stats)?;
         output::tell(args.output.as_deref(), &file_name);
         return Ok(());

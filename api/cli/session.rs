@@ -15,7 +15,7 @@ use strahl::render::Control;
 use strahl::scene::compile::Original;
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::{Description, Loaded, NotLoaded, Overrides, Scene};
-use strahl::sequence::Frame;
+use strahl::sequence::{Frame, Sequence};
 
 /// A running command.
 #[derive(Debug)]
@@ -58,6 +58,15 @@ impl Session {
         let (workers, started) = (pool.join(Task::new(Class::Renders, "", 1), control.clone()), Instant::now());
         let file = read()?;
         Ok(Self { workers, control, file, started, overrides: settings.overrides() })
+    }
+
+    /// A sequence of the scene. If the camera goes around a model, it stands where all of the model stays in the picture.
+    pub(super) fn go_around(&mut self, frames: Sequence) -> Sequence {
+        if !(self.file.format.is_model() || self.file.hidden_model().is_some()) {
+            return frames;
+        }
+        self.overrides.model.around = frames.turntable.map(|_| true);
+        frames.of_model()
     }
 
     /// From now on the first Ctrl-C stops the render, the second ends the process.

@@ -159,7 +159,10 @@ fn longest(beyond: Rgb, materials: &[MaterialBound], mut below: Rgb, rays: u32) 
 /// U = max(B, max A / (1 - g)) and the material that decides it; or the material whose g is too large.
 fn steady(beyond: Rgb, materials: &[MaterialBound]) -> Result<(Rgb, Option<&MaterialBound>), &MaterialBound> {
     let (mut most, mut by) = (beyond, None);
-    for material in materials {
+    // Of materials that say the same the one with the first pointer is named, in whatever order the scene has them.
+    let mut in_order: Vec<&MaterialBound> = materials.iter().collect();
+    in_order.sort_by(|a, b| a.pointer.cmp(&b.pointer));
+    for material in in_order {
         for c in 0..3 {
             let (adds, sends) = (material.adds[c], material.sends[c]);
             let least = match () {

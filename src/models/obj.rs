@@ -160,7 +160,7 @@ impl Reader {
             }
             Err(why) => {
                 let shown: String = name.chars().take(60).collect();
-                let detail = format!("{shown:?} {why}: the model is grey");
+                let detail = format!("the model is grey: {shown:?} {why}");
                 warn(&mut self.model.warnings, Subject::Skipped, "materials", String::new(), &detail);
             }
         }

@@ -58,8 +58,8 @@ pub struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&self, _: &str) -> Result<Vec<u8>, String> {
-        Err("cannot be read: files are not read here. Put a picture into the scene as \"data:image/png;base64,...\", or send the file as an asset and \
-             name it \"sha256:...\""
+        Err("cannot be read: files are not read here. Send it as an asset, and name it \"sha256:...\"; or with its model, as \
+             another part of a multipart/form-data body; or put a picture into the scene as \"data:image/png;base64,...\""
             .into())
     }
 }
@@ -375,6 +375,9 @@ impl Size {
     /// Checks that a picture may be so large, and takes its bytes from those that are left.
     fn check(self, file: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> Result<(), Failure> {
         let Self { width, height, is_wide } = self;
+        if width == 0 || height == 0 {
+            return Err((Code::Degenerate, format!("the picture of {width} x {height} pixels has none")));
+        }
         if u64::from(width.max(height)) > PICTURE_SIDE.max {
             let (name, max) = (PICTURE_SIDE.name, PICTURE_SIDE.max);
             let detail = format!("a side of {width} x {height} pixels is over the limit of {max} ({name})");

@@ -92,6 +92,15 @@ impl Sequence {
         }
     }
 
+    /// The same of a model, around which the axis is vertical, from wherever it is seen.
+    #[must_use]
+    pub fn of_model(mut self) -> Self {
+        if let Some(turntable) = &mut self.turntable {
+            turntable.axis.get_or_insert([0.0, 1.0, 0.0]);
+        }
+        self
+    }
+
     /// How many frames it has.
     pub fn count(&self) -> u32 {
         self.count.unwrap_or(self.patches.len().min(u32::MAX as usize) as u32)

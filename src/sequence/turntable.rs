@@ -48,8 +48,10 @@ impl Turntable {
         if self.center.is_some() {
             *own_look_at = (center + turned(DVec3::from_array(view.look_at) - center)).to_array();
         }
-        if self.axis.is_some() {
-            *own_up = turned(DVec3::from_array(view.up)).to_array();
+        // Around an axis that is the camera's own, up stays as it is to the bit.
+        let up = DVec3::from_array(view.up);
+        if self.axis.is_some() && axis.cross(up) != DVec3::ZERO {
+            *own_up = turned(up).to_array();
         }
     }
 }

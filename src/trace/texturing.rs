@@ -24,6 +24,7 @@ const EDGE_ON: f64 = 1e-3;
 
 /// Applies textures to the coefficients and bumps to the shading normals; `widths` are those of the cones at the hits.
 /// Returns the lanes whose normals are tilted.
+#[inline(never)]
 pub(super) fn apply_textures<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,

@@ -69,7 +69,10 @@ pub(crate) async fn frame(
         None => return Err(no_picture(job)),
     };
     let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: false };
-    deliver(app, &context, &stored(file), &PictureSpec::plain(None, output))
+    let mut answer = deliver(app, &context, &stored(file), &PictureSpec::plain(None, output))?;
+    // Nobody has sent the scene of a frame, so its picture has no other address.
+    answer.headers_mut().remove(header::CONTENT_LOCATION);
+    Ok(answer)
 }
 
 /// The answer with all frames of a job that has succeeded, in the format that is named or accepted.

@@ -91,7 +91,7 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             let wanted = WantedJob {
                 scene: body.as_ref().to_vec(),
                 form,
-                frames: Some(Sequence::turntable(count)),
+                frames: Some(if is_model { Sequence::turntable(count).of_model() } else { Sequence::turntable(count) }),
                 overrides,
                 output,
                 priority: PRIORITY,

@@ -7,8 +7,10 @@ use super::json::Document;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-/// Most elements of a list.
+/// Most elements of a list, and most bytes that they take: the same few characters are a few bytes of an index, and thousands of a
+/// material.
 const ELEMENTS: usize = 1 << 20;
+const ELEMENT_BYTES: usize = 1 << 26;
 
 /// A file, with its lists unread.
 #[derive(Deserialize)]
@@ -142,8 +144,9 @@ struct Elements<'a> {
 
 impl Elements<'_> {
     fn of<T: for<'de> Deserialize<'de>>(&mut self, list: &str, elements: Vec<&RawValue>) -> Vec<T> {
-        if elements.len() > ELEMENTS {
-            let detail = format!("{} elements are over the limit of {ELEMENTS} (gltf_elements)", elements.len());
+        let most = ELEMENTS.min(ELEMENT_BYTES / size_of::<T>().max(1));
+        if elements.len() > most {
+            let detail = format!("{} elements are over the limit of {most} (gltf_elements)", elements.len());
             self.faults.push(Fault::new(list, Kind::Limit, detail));
             return Vec::new();
         }

@@ -30,6 +30,9 @@ use materials::Materials;
 use nodes::Local;
 use std::collections::HashMap;
 
+/// What an instance takes in a scene that is built, roughly; its accessor may have no bytes at all.
+const INSTANCE_BYTES: usize = 2_048;
+
 /// The JSON of a file, in which pointers and offsets of faults are.
 pub fn json_of(bytes: &[u8]) -> &[u8] {
     glb::chunks(bytes).map_or(&[], |chunks| chunks.json)
@@ -193,7 +196,7 @@ impl Builder<'_> {
             let pointer = format!("/nodes/{index}/extensions/EXT_mesh_gpu_instancing/attributes");
             return Err(Fault::new(pointer, Kind::OutOfRange, "the lists of instances are not equally long"));
         }
-        self.buffers.budget.take(count as u64, size_of::<DMat4>())?;
+        self.buffers.budget.take(count as u64, INSTANCE_BYTES)?;
         let one = |i: usize| {
             let translation = moved.as_ref().map_or(DVec3::ZERO, |list| DVec3::from_array(list[i]));
             let rotation = turned.as_ref().map_or(DQuat::IDENTITY, |list| nodes::unit(list[i]));

@@ -138,7 +138,7 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Pro
     let file = parts::model_of(&all).ok_or_else(|| wrong("the body has no parts".into()))?;
     let format = super::recognise::model_format(file.bytes, Some(file.name)).ok_or_else(|| {
         wrong(format!(
-            "the part {:?} is no model: name one .gltf, .glb, .obj, .stl or .ply",
+            "the part {} is no model: name one .gltf, .glb, .obj, .stl or .ply",
             super::problem::quoted(file.name)
         ))
     })?;

@@ -31,8 +31,7 @@ const NAMES: [(&str, View); 8] = [
 
 impl View {
     /// What may be written.
-    pub const WRITTEN: &'static str =
-        "three_quarter, front, back, left, right, top, bottom, iso, or two angles in degrees as 30,70";
+    pub const WRITTEN: &'static str = "three_quarter, front, back, left, right, top, bottom, iso, or two angles in degrees as 30,70: the first from -360 to 360, the second from 0 to 180";
     /// The same as a pattern.
     pub const PATTERN: &'static str = "^(three_quarter|front|back|left|right|top|bottom|iso|-?[0-9.]+,[0-9.]+)$";
 }

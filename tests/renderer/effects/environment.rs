@@ -182,3 +182,18 @@ fn a_sky_of_one_colour_is_a_background() {
     let Precise::Single(world) = &scene.world else { unreachable!() };
     assert!(!world.effects.has(Effect::EnvironmentMap) && world.environment.is_none());
 }
+
+#[test]
+fn pictures_without_pixels_are_refused() {
+    for size in ["-Y 0 +X 0", "-Y 5 +X 0", "-Y 0 +X 5"] {
+        let hdr = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
+        let source = format!("data:image/vnd.radiance;base64,{}", data_encoding::BASE64.encode(hdr.as_bytes()));
+        let scene = serde_json::json!({
+            "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+            "environment": { "image": source }, "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1 } }],
+        });
+        let loaded =
+            strahl::scene::load(scene.to_string().as_bytes(), strahl::scene::Format::Json, &Default::default());
+        assert!(loaded.is_err_and(|problems| problems.0[0].pointer == "/environment/image"), "{size}");
+    }
+}

@@ -67,10 +67,13 @@ fn what_is_not_read_is_refused_by_name() {
     let refused = |name: &str| model(name, Choice::default()).unwrap_err().0[0].clone();
     assert!(refused("ply/points_ascii.ply").detail.contains("only points"));
     assert!(refused("stl/empty.stl").detail.contains("nothing to see"));
-    let ply = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list int float tags\nend_header\n-0.927566 0.5 1\n";
-    let list = &read(ModelFormat::Ply, ply, &|_| Err("none".into()), Choice::default()).unwrap_err().0[0];
+    let xyz = "property float x\nproperty float y\nproperty float z\n";
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty list int float tags\n{xyz}end_header\n-0.927566 0.5 1 2 3\n"
+    );
+    let list = &read(ModelFormat::Ply, ply.as_bytes(), &|_| Err("none".into()), Choice::default()).unwrap_err().0[0];
     assert!(list.detail.contains("how many numbers it has, and -0.927566 is no such number"), "{}", list.detail);
-    assert_eq!(list.place, Place::Line(6, 1));
+    assert_eq!(list.place, Place::Line(9, 1));
     let relative = refused("obj/invalid-relative-vertex-index.obj");
     assert_eq!((relative.kind, relative.place), (Kind::UnknownReference, Place::Line(1, 3)));
     assert_eq!(refused("obj/number_formats.obj").place, Place::Line(11, 14));
@@ -160,4 +163,26 @@ fn cut_and_changed_files_break_nothing() {
     assert!(problems.to_string().contains("decoded_bytes"), "{problems}");
     let ply = b"ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
     assert_eq!(read(format_of("a.ply"), ply, &none, Choice::default()).unwrap_err().0[0].kind, Kind::OutOfBounds);
+}
+
+/// A few kilobytes, packed, that would be gigabytes when they are read.
+#[test]
+fn what_is_small_and_says_much_is_refused_before_it_is_built() {
+    let read_gltf = |json: &str| read(ModelFormat::Gltf, json.as_bytes(), &|_| Err("none".into()), Choice::default());
+    let lists = ["materials", "nodes", "meshes", "accessors", "animations", "skins", "textures"];
+    for list in lists {
+        let elements = vec!["{}"; 1_000_000].join(",");
+        let faults = read_gltf(&format!(r#"{{"asset": {{"version": "2.0"}}, "{list}": [{elements}]}}"#)).unwrap_err().0;
+        assert!(!faults.is_empty(), "{list}");
+        if list == "materials" {
+            assert!(faults[0].kind == Kind::Limit && faults[0].pointer == "/materials", "{faults:?}");
+        }
+    }
+    let instances = r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["EXT_mesh_gpu_instancing"], "scene": 0,
+        "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]},
+                      {"componentType": 5126, "count": 1900000, "type": "VEC3"}]}"#;
+    let faults = read_gltf(instances).unwrap_err().0;
+    assert!(faults.iter().any(|fault| fault.kind == Kind::Limit), "{faults:?}");
 }

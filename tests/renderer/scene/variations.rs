@@ -234,3 +234,21 @@ fn problems_are_those_of_the_result() {
     let Err(NotLoaded::Problems(problems)) = refused else { panic!("it is too deep") };
     assert!(problems.to_string().contains("recursion"), "{problems}");
 }
+
+/// The id of a picture does not depend on the order of materials, so nothing that its file says may.
+#[test]
+fn the_order_of_materials_changes_nothing_that_is_proved() {
+    let because = |materials: &str| {
+        let text = format!(
+            r#"{{"version": 1, "camera": {{"pinhole": {{"eye": [0, 0, 9], "look_at": [0, 0, 0]}}}}, "materials": {{{materials}}},
+                "lights": [{{"directional": {{"direction": [0, -1, -1]}}}}],
+                "objects": [{{"sphere": {{"center": [-1, 0, 0], "radius": 1, "material": "a"}}}},
+                            {{"sphere": {{"center": [1, 0, 0], "radius": 1, "material": "b"}}}}]}}"#
+        );
+        let loaded = strahl::scene::load(text.as_bytes(), strahl::scene::Format::Json, &Default::default()).unwrap();
+        loaded.scene.ceiling().reach.because.clone()
+    };
+    let [a, b] = ["a", "b"].map(|name| format!(r#""{name}": {{"reflection": 1, "diffuse": 0.5}}"#));
+    assert_eq!(because(&format!("{a}, {b}")), ["/materials/a"]);
+    assert_eq!(because(&format!("{b}, {a}")), ["/materials/a"]);
+}

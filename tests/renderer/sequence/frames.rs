@@ -4,9 +4,11 @@ use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::sync::Arc;
 use strahl::film::Region;
+use strahl::models::ModelFormat;
 use strahl::render::{Control, render};
 use strahl::scene::compile::{Original, Precise};
 use strahl::scene::description::Camera;
+use strahl::scene::model::{ModelOptions, import};
 use strahl::scene::{Files, Format, Loaded, NoFiles, NotLoaded, Overrides, Problems, Scene, load, load_with};
 use strahl::sequence::Sequence;
 
@@ -67,7 +69,7 @@ impl Files for Models {
 /// A model, in a group and as a definition, that was so long in motion.
 fn with_models(t: [Option<f64>; 2]) -> Value {
     let model = |t: Option<f64>| {
-        let mut model = json!({ "asset": "AnimatedMorphCube_quantized.glb", "transform": { "scale": 50 } });
+        let mut model = json!({ "asset": "RiggedFigure.glb" });
         if let Some(t) = t {
             model["t"] = json!(t);
         }
@@ -210,7 +212,7 @@ fn animations_of_models_go_on() {
         pictures.push(pixels(&frame(&base, number).unwrap().scene));
         assert_eq!(pictures.last(), Some(&pixels(&alone.scene)), "frame {number}");
     }
-    assert!(pictures.windows(2).all(|two| two[0] != two[1]), "the cube is morphed");
+    assert!(pictures.windows(2).all(|two| two[0] != two[1]), "the figure walks");
 
     let at_rest = with([None, None]);
     let Err(NotLoaded::Problems(Problems(problems))) = frame(&at_rest, 1) else { panic!("nothing plays") };
@@ -266,5 +268,26 @@ fn a_problem_of_a_frame_names_the_frame() {
         let Problems(problems) = frame(&base, &unchecked(&told), number).unwrap_err();
         assert!(problems[0].detail.starts_with(&format!("in frame {number}: ")), "{told}: {problems:?}");
         assert_eq!(problems[0].pointer, pointer, "{told}: {problems:?}");
+    }
+}
+
+/// Also where the camera looks down, and its own up direction lies flat.
+#[test]
+fn a_model_is_turned_around_the_vertical() {
+    let bytes = Models.read("Box.glb").unwrap();
+    for view in ["top", "front", "-20,30"] {
+        let model = ModelOptions { view: Some(view.parse().unwrap()), around: Some(true), ..ModelOptions::NONE };
+        let overrides = Overrides { model, ..Overrides::default() };
+        let start = import(ModelFormat::Gltf, &bytes, &overrides, &NoFiles).unwrap().description;
+        let sequence = Sequence::turntable(8).of_model();
+        let mut ups = Vec::new();
+        for number in 0..8 {
+            let mut turned = start.clone();
+            sequence.frame(number).place(&mut turned).unwrap();
+            let [first, now] = [start.camera.view(), turned.camera.view()];
+            assert!((now.eye[1] - first.eye[1]).abs() < 1e-9 * first.eye[1].abs().max(1.0), "{view} {number}");
+            ups.push(now.up);
+        }
+        assert_eq!(ups.iter().any(|up| *up != ups[0]), view == "top", "{view}: {ups:?}");
     }
 }

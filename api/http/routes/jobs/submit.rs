@@ -156,8 +156,10 @@ fn of_file(mut query: Query, format: Format) -> Result<FileSettings, Problem> {
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
     overrides.model.around = turntable.filter(|_| format.is_model()).map(|_| true);
+    let frames = turntable.map(Sequence::turntable);
+    let frames = if format.is_model() { frames.map(Sequence::of_model) } else { frames };
     let priority = priority.map_or(PRIORITY, |priority| priority as u8);
-    Ok(FileSettings { overrides, output, frames: turntable.map(Sequence::turntable), priority })
+    Ok(FileSettings { overrides, output, frames, priority })
 }
 
 fn file_parameters(query: &mut Query) -> (Option<u32>, Option<u32>) {
