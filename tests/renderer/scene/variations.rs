@@ -245,7 +245,7 @@ fn the_order_of_materials_changes_nothing_that_is_proved() {
                 "objects": [{{"sphere": {{"center": [-1, 0, 0], "radius": 1, "material": "a"}}}},
                             {{"sphere": {{"center": [1, 0, 0], "radius": 1, "material": "b"}}}}]}}"#
         );
-        let loaded = strahl::scene::load(text.as_bytes(), strahl::scene::Format::Json, &Default::default()).unwrap();
+        let loaded = load(text.as_bytes(), Format::Json, &Overrides::default()).unwrap();
         loaded.scene.ceiling().reach.because.clone()
     };
     let [a, b] = ["a", "b"].map(|name| format!(r#""{name}": {{"reflection": 1, "diffuse": 0.5}}"#));
