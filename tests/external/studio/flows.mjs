@@ -228,7 +228,8 @@ const flows = {
   async "a link restores scene, settings, pixel and zoom in another browser"(page) {
     await page.evaluate(() => {
       studio.editAt("/objects/0/sphere/radius", 1.125);
-      studio.settings.value = { accuracy: "proved:0" };
+      // Cheap: on a busy machine a dear picture is offered instead of rendered, here or there.
+      studio.settings.value = { accuracy: "fixed" };
       studio.pixel.value = { x: 400, y: 310 };
       studio.zoomBy(3);
     });
@@ -241,7 +242,7 @@ const flows = {
     await settled(other);
     const after = { digest: await digest(other), view: await state(other, "view"), pixel: await state(other, "pixel"), settings: await state(other, "settings") };
     await clean(other, "link");
-    const same = after.digest === before.digest && Math.abs(after.view.scale - before.view.scale) < 1e-3 && Math.abs(after.view.left - before.view.left) < 1 && after.pixel.x === 400 && after.settings.accuracy === "proved:0";
+    const same = after.digest === before.digest && Math.abs(after.view.scale - before.view.scale) < 1e-3 && Math.abs(after.view.left - before.view.left) < 1 && after.pixel.x === 400 && after.settings.accuracy === "fixed";
     return [same, `${link.length} characters`];
   },
   async "the curl line gives the bytes on screen"(page) {
