@@ -54,6 +54,7 @@ fn every_frame_is_the_picture_of_its_scene() {
             assert_eq!(found.body, expected.body, "frame {number}{query}");
             assert_eq!(found.header("render-error"), expected.header("render-error"));
             assert_eq!(found.header("etag"), expected.header("etag"), "it has the id of that picture");
+            assert_eq!(found.header("content-location"), "", "nobody has sent its scene");
         }
         frame(&service, &id, 4).problem(404, "not-found");
     }

@@ -1,9 +1,10 @@
 //! Pictures from all around in one answer, jobs of models, and settings of the film and of sizes.
 
 use crate::common::BALL;
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, PROGRAM, Service};
 use serde_json::{Value, json};
 use std::path::Path;
+use std::process::Command;
 
 const GLB: (&str, &str) = ("Content-Type", "model/gltf-binary");
 
@@ -13,6 +14,23 @@ fn file(name: &str) -> Vec<u8> {
 
 fn of_model(service: &Service, query: &str, bytes: &[u8]) -> Answer {
     service.send("POST", &format!("/v1/render?{query}"), &[GLB], bytes)
+}
+
+/// The command keeps all of the model in each picture, too, and turns it around the vertical from above.
+#[test]
+fn the_command_turns_a_model_as_the_service_does() {
+    let service = Service::start(&[]);
+    let picture = std::env::temp_dir().join(format!("strahl-turned-{}.png", std::process::id()));
+    for view in ["three_quarter", "top"] {
+        let query = format!("turntable=3&width=40&height=32&view={view}");
+        let expected = of_model(&service, &query, &file("BoxVertexColors.glb"));
+        let mut command = Command::new(PROGRAM);
+        command.arg("render").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/inputs/models/BoxVertexColors.glb"));
+        command.args(["--frames", "3", "--width", "40", "--height", "32", "--view", view, "-o"]).arg(&picture);
+        assert!(command.output().unwrap().status.success());
+        assert!(std::fs::read(&picture).unwrap() == expected.body, "{view}");
+    }
+    std::fs::remove_file(picture).unwrap();
 }
 
 /// The number of frames that an animated PNG says it has.
