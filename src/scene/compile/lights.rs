@@ -1,6 +1,6 @@
 //! Lights in the kernel's format.
 
-use super::build::narrow_rgb;
+use super::materials::narrow_rgb;
 use crate::lanes::Real;
 use crate::math;
 use crate::scene::description::{self as d, Vec3};

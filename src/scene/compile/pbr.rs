@@ -1,7 +1,7 @@
 //! Materials as in glTF in the kernel's format. Their coefficients are the most that they can be anywhere, so that bounds and
 //! effects follow from them as from those of other materials.
 
-use super::build::narrow_rgb;
+use super::materials::narrow_rgb;
 use super::textures::wrap;
 use crate::film::ToneMapping;
 use crate::lanes::Real;
@@ -16,7 +16,7 @@ use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::image::ImageTexture;
-use crate::shading::texture::mipmap::Sampler;
+use crate::shading::texture::lookup::Sampler;
 use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 

@@ -1,6 +1,6 @@
 //! The textures of a material in the kernel's format. Uniform ones become colours.
 
-use super::build::{exact_inverse, narrow_rgb};
+use super::materials::{exact_inverse, narrow_rgb};
 use crate::lanes::Real;
 use crate::math::Rgb;
 use crate::scene::description::{self as d, Color, Diffuse, ImageMap, Mapping, PlanarAxes};
@@ -8,7 +8,8 @@ use crate::scene::pictures::{Meaning, Pictures};
 use crate::shading::texture::bump::BumpMap;
 use crate::shading::texture::checker::BaseColor;
 use crate::shading::texture::image::ImageTexture;
-use crate::shading::texture::mipmap::{Mipmap, Wrap};
+use crate::shading::texture::lookup::Wrap;
+use crate::shading::texture::mipmap::Mipmap;
 use crate::shading::texture::noise::Fractal;
 use crate::shading::texture::pattern::{Pattern, Textures};
 use crate::shading::texture::uv::UvMapping;

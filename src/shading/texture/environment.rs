@@ -1,6 +1,7 @@
 //! Environment map: surroundings infinitely far away, from an equirectangular picture.
 
-use super::mipmap::{Mipmap, Wrap};
+use super::lookup::Wrap;
+use super::mipmap::Mipmap;
 use super::uv::angles;
 use crate::lanes::{Double, V3};
 use crate::math::Rgb;

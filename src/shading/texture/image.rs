@@ -1,6 +1,7 @@
 //! Pictures on surfaces, and their lookup for rays.
 
-use super::mipmap::{Mipmap, Sampler};
+use super::lookup::Sampler;
+use super::mipmap::Mipmap;
 use super::uv::{Face, TexCoord, UvMapping};
 use crate::lanes::{Double, V3};
 use std::sync::Arc;

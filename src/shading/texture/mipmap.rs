@@ -1,67 +1,32 @@
-//! Mipmaps: a picture and ever smaller copies of it in linear light (Williams, Pyramidal Parametrics, 1983). A lookup
-//! interpolates between two levels, and takes several samples along a footprint that is longer than wide (Heckbert 1989).
-//!
-//! Levels and footprints are computed for all lanes at once. Texels are fetched lane by lane, with the channels side by side,
-//! since lanes need others.
+//! Mipmaps: a picture and ever smaller copies of it in linear light (Williams, Pyramidal Parametrics, 1983). `lookup.rs` looks them
+//! up.
 //!
 //! Pictures of 8 bits are kept as their codes, with a table of what they stand for: 7 bytes for a texel with all levels in place of
 //! 16, and the same numbers to the bit. Smaller copies are numbers: rounded to codes they would change pictures.
 
-use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of};
-use crate::math;
-
 /// A picture and its smaller copies.
 #[derive(Debug)]
 pub struct Mipmap {
-    levels: Vec<Level>,
+    pub(super) levels: Vec<Level>,
     /// The smallest and the largest of each channel.
     extremes: [[f32; 3]; 2],
 }
 
 /// Rows from top to bottom.
 #[derive(Debug)]
-struct Level {
-    width: usize,
-    height: usize,
-    texels: Texels,
+pub(super) struct Level {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) texels: Texels,
 }
 
 /// What is kept of a level.
 #[derive(Debug)]
-enum Texels {
+pub(super) enum Texels {
     Numbers(Vec<[f32; 3]>),
     /// Three codes for each texel, and what they stand for.
     Codes(Vec<u8>, Box<[f32; 256]>),
 }
-
-/// What lies beyond the edges of a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wrap {
-    /// The picture again.
-    Repeat,
-    /// Its last texel.
-    Clamp,
-    /// The picture again, every other time mirrored.
-    Mirror,
-}
-
-/// How a picture is looked up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sampler {
-    /// What lies beyond its edges, across and along.
-    pub wrap: [Wrap; 2],
-    /// Whether enlarged texels are squares. Otherwise there is a smooth way from one to the next.
-    pub nearest: bool,
-}
-
-impl From<[Wrap; 2]> for Sampler {
-    fn from(wrap: [Wrap; 2]) -> Self {
-        Self { wrap, nearest: false }
-    }
-}
-
-/// Most samples along a footprint; longer footprints are blurred.
-const MOST_LOOKS: f64 = 16.0;
 
 impl Mipmap {
     /// The mipmap over `width * height` texels, at least one, row by row from the top.
@@ -184,114 +149,10 @@ impl Mipmap {
         }
         Some(Level { width, height, texels: Texels::Numbers(texels) })
     }
-
-    /// The levels whose texels are `texels` wide, as numbers between 0 and the last.
-    #[inline(always)]
-    pub fn levels<W: Double>(&self, s: W::Simd, texels: W, lanes: u32) -> W {
-        let last = (self.levels.len() - 1) as f64;
-        let wide = texels.gt(W::lit(s, 1.0)).bits() & lanes;
-        let mut levels = [0.0; MAX_LANES];
-        for lane in lanes_of(wide) {
-            levels[lane] = math::log2(texels.lane(lane)).min(last);
-        }
-        W::load(s, &levels)
-    }
-
-    /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
-    /// whose upper right corner is (1, 1).
-    #[inline(always)]
-    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, sampler: Sampler, lanes: u32) -> V3<W> {
-        let mut seen = [[0.0; MAX_LANES]; 3];
-        for lane in lanes_of(lanes) {
-            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
-            (seen[0][lane], seen[1][lane], seen[2][lane]) = (r, g, b);
-        }
-        V3 { x: W::load(s, &seen[0]), y: W::load(s, &seen[1]), z: W::load(s, &seen[2]) }
-    }
-
-    /// The means over footprints around (u, v), given by their two axes, from side to side.
-    #[inline(always)]
-    pub fn average<W: Double>(
-        &self,
-        s: W::Simd,
-        [u, v]: [W; 2],
-        axes: [[W; 2]; 2],
-        sampler: Sampler,
-        lanes: u32,
-    ) -> V3<W> {
-        let (one, most) = (W::lit(s, 1.0), W::lit(s, MOST_LOOKS));
-        let [a, b] = [self.texels_along(s, axes[0]), self.texels_along(s, axes[1])];
-        let first = a.gt(b);
-        let (long, short) = (W::select(first, a, b), W::select(first, b, a));
-        let longer = [W::select(first, axes[0][0], axes[1][0]), W::select(first, axes[0][1], axes[1][1])];
-        // Rounded up; no number is no look.
-        let looks = -(-(long / short.max(one))).floor();
-        let looks = W::select(looks.lt(one), one, W::select(looks.gt(most), most, looks));
-        let level = self.levels(s, short.max(long / most), lanes);
-        let mut seen = [[0.0; MAX_LANES]; 3];
-        for lane in lanes_of(lanes) {
-            let (uv, longer) = ([u.lane(lane), v.lane(lane)], [longer[0].lane(lane), longer[1].lane(lane)]);
-            let (looks, level) = (looks.lane(lane), level.lane(lane));
-            let mut sum = [0.0; 4];
-            for look in 0..looks as u32 {
-                let along = (f64::from(look) + 0.5) / looks - 0.5;
-                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, sampler);
-                for i in 0..4 {
-                    sum[i] += texel[i] / looks;
-                }
-            }
-            (seen[0][lane], seen[1][lane], seen[2][lane]) = (sum[0], sum[1], sum[2]);
-        }
-        V3 { x: W::load(s, &seen[0]), y: W::load(s, &seen[1]), z: W::load(s, &seen[2]) }
-    }
-
-    /// How many texels steps in texture space cross.
-    #[inline(always)]
-    pub fn texels_along<W: Double>(&self, s: W::Simd, [u, v]: [W; 2]) -> W {
-        let [width, height] = self.size();
-        let (across, down) = (u * W::lit(s, width), v * W::lit(s, height));
-        (across * across + down * down).sqrt()
-    }
-
-    /// One look for one lane; the fourth channel is nothing.
-    #[inline(always)]
-    fn look(&self, uv: [f64; 2], level: f64, sampler: Sampler) -> [f64; 4] {
-        let whole = level.floor();
-        let below = (whole as usize).min(self.levels.len() - 1);
-        let part = level - whole;
-        let fine = self.bilinear(below, uv, Sampler { nearest: sampler.nearest && level == 0.0, ..sampler });
-        if below + 1 < self.levels.len() && part > 0.0 {
-            mix(fine, self.bilinear(below + 1, uv, sampler.wrap.into()), part)
-        } else {
-            fine
-        }
-    }
-
-    #[inline(always)]
-    fn bilinear(&self, level: usize, [u, v]: [f64; 2], Sampler { wrap, nearest }: Sampler) -> [f64; 4] {
-        let Level { width, height, .. } = self.levels[level];
-        let (left, right, across) = neighbours(u, width, wrap[0]);
-        let (upper, lower, down) = neighbours(1.0 - v, height, wrap[1]);
-        let (across, down) = if nearest { (side(across), side(down)) } else { (across, down) };
-        let Level { texels, .. } = &self.levels[level];
-        // Each kind to its end, or the kernel waits for texels on the stack.
-        match texels {
-            Texels::Numbers(texels) => {
-                let at = |x: usize, y: usize| wide(texels[y * width + x]);
-                let above = mix(at(left, upper), at(right, upper), across);
-                mix(above, mix(at(left, lower), at(right, lower), across), down)
-            }
-            Texels::Codes(codes, values) => {
-                let at = |x: usize, y: usize| wide(decoded(codes, values, y * width + x));
-                let above = mix(at(left, upper), at(right, upper), across);
-                mix(above, mix(at(left, lower), at(right, lower), across), down)
-            }
-        }
-    }
 }
 
 impl Level {
-    fn texel(&self, x: usize, y: usize) -> [f32; 3] {
+    pub(super) fn texel(&self, x: usize, y: usize) -> [f32; 3] {
         let i = y * self.width + x;
         match &self.texels {
             Texels::Numbers(texels) => texels[i],
@@ -332,14 +193,9 @@ fn extremes(texels: &Texels) -> [[f32; 3]; 2] {
 
 /// What the codes of a texel stand for.
 #[inline(always)]
-fn decoded(codes: &[u8], values: &[f32; 256], i: usize) -> [f32; 3] {
+pub(super) fn decoded(codes: &[u8], values: &[f32; 256], i: usize) -> [f32; 3] {
     let [r, g, b] = [codes[3 * i], codes[3 * i + 1], codes[3 * i + 2]];
     [values[usize::from(r)], values[usize::from(g)], values[usize::from(b)]]
-}
-
-#[inline(always)]
-fn wide([r, g, b]: [f32; 3]) -> [f64; 4] {
-    [f64::from(r), f64::from(g), f64::from(b), 0.0]
 }
 
 /// For each of `fewer` equal parts of a row of `many` texels: the texels it covers, and their shares in it.
@@ -353,54 +209,10 @@ fn shares(many: usize, fewer: usize) -> Vec<Vec<(usize, f64)>> {
     (0..fewer).map(part).collect()
 }
 
-/// The two texels whose centres enclose a place in a row, 0 to 1, and how far it lies from the first to the second.
-#[inline(always)]
-fn neighbours(place: f64, count: usize, wrap: Wrap) -> (usize, usize, f64) {
-    let inside = match wrap {
-        Wrap::Repeat => place - place.floor(),
-        Wrap::Clamp => place.clamp(0.0, 1.0),
-        // From 0 to 1 and back; no number is 0.
-        Wrap::Mirror => (1.0 - (place - 2.0 * (place * 0.5).floor() - 1.0).abs()).max(0.0),
-    };
-    let x = inside * count as f64 - 0.5;
-    let first = x.floor();
-    // From -1 to the last one.
-    let (below, last) = (first as i32, count as i32 - 1);
-    let (left, right) = match wrap {
-        Wrap::Repeat => (if below < 0 { last } else { below }, if below < last { below + 1 } else { 0 }),
-        // Beyond an edge its mirror image begins with the same texel.
-        Wrap::Clamp | Wrap::Mirror => (below.max(0), (below + 1).min(last)),
-    };
-    (left as usize, right as usize, x - first)
-}
-
-/// The nearer end of a way: 0 or 1.
-#[inline(always)]
-fn side(part: f64) -> f64 {
-    if part < 0.5 { 0.0 } else { 1.0 }
-}
-
-/// From `a` to `b`.
-#[inline(always)]
-fn mix(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
-    let mut mixed = [0.0; 4];
-    for i in 0..4 {
-        mixed[i] = a[i] * (1.0 - part) + b[i] * part;
-    }
-    mixed
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn average(mipmap: &Mipmap, uv: [f64; 2], axes: [[f64; 2]; 2], wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.average((), uv, axes, wrap.into(), 1).lane(0)
-    }
-
-    fn at(mipmap: &Mipmap, uv: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 3] {
-        mipmap.at((), uv, level, wrap.into(), 1).lane(0)
-    }
+    use crate::math;
 
     fn ramp(width: u32, height: u32) -> Mipmap {
         let texel = |i: u32| [(i % width) as f32, (i / width) as f32, 1.0];
@@ -422,71 +234,6 @@ mod tests {
             }
             let last = &mipmap.levels[mipmap.levels.len() - 1];
             assert_eq!((last.width, last.height), (1, 1));
-        }
-    }
-
-    #[test]
-    fn magnified_it_is_bilinear() {
-        let mipmap = ramp(8, 4);
-        let clamp = [Wrap::Clamp; 2];
-        for (u, v) in [(0.3, 0.4), (0.5, 0.5), (0.1, 0.8)] {
-            let small = [[0.01, 0.0], [0.0, 0.02]];
-            let [x, y, one] = average(&mipmap, [u, v], small, clamp);
-            assert!((x - (u * 8.0 - 0.5)).abs() < 1e-12 && (y - ((1.0 - v) * 4.0 - 0.5)).abs() < 1e-12 && one == 1.0);
-        }
-        assert_eq!(at(&mipmap, [-3.0, 9.0], 0.0, clamp), [0.0, 0.0, 1.0]);
-    }
-
-    #[test]
-    fn enlarged_texels_may_be_squares() {
-        let mipmap = ramp(8, 4);
-        let sampler = Sampler { wrap: [Wrap::Repeat; 2], nearest: true };
-        let small = [[0.01, 0.0], [0.0, 0.02]];
-        for (u, v) in [(0.001, 0.999), (0.3, 0.4), (0.124, 0.26), (0.126, 0.24), (0.999, 0.001), (1.3, -0.6)] {
-            let [x, y, _] = mipmap.average((), [u, v], small, sampler, 1).lane(0);
-            let expected = [(u * 8.0_f64).floor().rem_euclid(8.0), ((1.0 - v) * 4.0_f64).floor().rem_euclid(4.0)];
-            assert_eq!([x, y], expected, "{u} {v}");
-        }
-        // Far away they are means, as all others.
-        let large = [[0.5, 0.0], [0.0, 0.5]];
-        let [mean, smooth] =
-            [sampler, sampler.wrap.into()].map(|sampler| mipmap.average((), [0.3, 0.4], large, sampler, 1).lane(0));
-        assert_eq!(mean, smooth);
-    }
-
-    /// The same texel by texel, from the definitions.
-    fn slow_bilinear(mipmap: &Mipmap, [u, v]: [f64; 2], wrap: [Wrap; 2]) -> [f64; 3] {
-        let level = &mipmap.levels[0];
-        let axis = |place: f64, count: usize, wrap: Wrap| {
-            let count = count as i64;
-            let inside = if wrap == Wrap::Repeat { place - place.floor() } else { place.clamp(0.0, 1.0) };
-            let x = inside * count as f64 - 0.5;
-            let texel = |i: i64| if wrap == Wrap::Repeat { i.rem_euclid(count) } else { i.clamp(0, count - 1) };
-            [(texel(x.floor() as i64), 1.0 - (x - x.floor())), (texel(x.floor() as i64 + 1), x - x.floor())]
-        };
-        let (columns, rows) = (axis(u, level.width, wrap[0]), axis(1.0 - v, level.height, wrap[1]));
-        [0, 1, 2].map(|c| {
-            let [above, below] = rows.map(|(y, _)| {
-                let [left, right] = columns.map(|(x, part)| f64::from(level.texel(x as usize, y as usize)[c]) * part);
-                left + right
-            });
-            above * rows[0].1 + below * rows[1].1
-        })
-    }
-
-    #[test]
-    fn looks_agree_with_the_slow_one_to_the_bit() {
-        for (width, height) in [(1, 1), (1, 7), (2, 2), (5, 3), (16, 8)] {
-            let mipmap = ramp(width, height);
-            for wrap in [[Wrap::Repeat; 2], [Wrap::Clamp; 2], [Wrap::Clamp, Wrap::Repeat]] {
-                let places = [-1e18, -7.3, -1.0, -1e-17, -0.0, 0.0, 1e-9, 0.1, 0.5, 0.999_999, 1.0, 1.7, 4e9, 1e300];
-                for u in places {
-                    for v in places {
-                        let expected = slow_bilinear(&mipmap, [u, v], wrap);
-                        assert_eq!(at(&mipmap, [u, v], 0.0, wrap), expected, "{width} x {height} {wrap:?} {u} {v}");
-                    }
-                }
-            }
         }
     }
 
@@ -518,26 +265,5 @@ mod tests {
         let texels = 1 << 24;
         assert_eq!(Mipmap::bytes_for(4_096, 4_096, true), 7 * texels - 4 + 1_024);
         assert_eq!(Mipmap::bytes_for(4_096, 4_096, false), 16 * texels - 4);
-    }
-
-    #[test]
-    fn seams_do_not_show() {
-        let mipmap = ramp(8, 4);
-        let repeat = [Wrap::Repeat; 2];
-        for level in [0.0, 0.7, 2.0] {
-            for x in [0.0, 1.0, -5.0] {
-                let [left, right] = [x - 1e-9, x + 1e-9].map(|u| at(&mipmap, [u, 0.3], level, repeat)[0]);
-                assert!((left - right).abs() < 1e-6, "{left} {right}");
-            }
-            let [here, there] = [0.25, 7.25].map(|u| at(&mipmap, [u, 0.3], level, repeat));
-            assert_eq!(here, there);
-        }
-    }
-
-    #[test]
-    fn a_huge_footprint_sees_the_mean() {
-        let mipmap = ramp(16, 16);
-        let mean = average(&mipmap, [0.2, 0.7], [[30.0, 0.0], [0.0, 1e9]], [Wrap::Repeat; 2]);
-        assert!(mean.iter().zip(mipmap.mean()).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 }

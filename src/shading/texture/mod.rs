@@ -4,6 +4,7 @@ pub mod bump;
 pub mod checker;
 pub mod environment;
 pub mod image;
+pub mod lookup;
 pub mod mipmap;
 pub mod noise;
 pub mod pattern;

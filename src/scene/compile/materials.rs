@@ -1,0 +1,47 @@
+//! Materials in the kernel's format.
+
+use super::pbr;
+use super::textures::textures;
+use crate::lanes::Real;
+use crate::math::{self, Rgb};
+use crate::scene::description::{self as d, Description};
+use crate::scene::pictures::Pictures;
+use crate::shading::material::{Fresnel, Material};
+
+pub(super) fn material<R: Real>(material: &d::Material, pictures: &Pictures, scene: &Description) -> Material<R> {
+    if let Some(described) = &material.pbr {
+        let mut material = pbr::material(described, pictures, pbr::traces_light(&scene.render));
+        pbr::show_unlit(&mut material, &scene.film);
+        return material;
+    }
+    let (ambient, diffuse, textures) = textures(material, pictures);
+    Material {
+        ambient,
+        diffuse,
+        specular: narrow_rgb(material.specular.0),
+        shininess: R::from_f64(material.shininess),
+        reflection: narrow_rgb(material.reflection.0),
+        transmission: narrow_rgb(material.transmission.0),
+        ior: R::from_f64(material.ior),
+        absorption: narrow_rgb(material.absorption.0),
+        emission: narrow_rgb(material.emission.0),
+        fresnel: match material.fresnel {
+            d::Fresnel::None => Fresnel::None,
+            d::Fresnel::Dielectric => Fresnel::Dielectric,
+            d::Fresnel::Conductor => Fresnel::Conductor,
+        },
+        alpha: R::from_f64(material.roughness * material.roughness),
+        dispersion: R::from_f64(material.dispersion),
+        textures,
+        pbr: None,
+    }
+}
+
+pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {
+    color.to_array().map(R::from_f64)
+}
+
+/// 1/x for powers of two, whose reciprocals are exact.
+pub(super) fn exact_inverse<R: Real>(x: f64) -> Option<R> {
+    (math::scale_by_power(1.0, math::exponent(x)) == x).then(|| R::from_f64(1.0 / x))
+}
