@@ -1,11 +1,13 @@
 //! Projections: from a point of the picture to the primary ray.
 
 mod angular;
+mod edges;
 mod flat;
 mod lens;
 mod window;
 
 pub use angular::Angular;
+pub use edges::PictureEdges;
 pub use flat::Flat;
 pub use lens::Lens;
 pub use window::Window;

@@ -2,7 +2,7 @@
 
 use crate::accel::{Blockers, Geometry, Owner};
 use crate::bound::ceiling::{Ceiling, Reach};
-use crate::camera::Camera;
+use crate::camera::{Camera, PictureEdges};
 use crate::film::Display;
 use crate::lanes::Real;
 use crate::scene::description::{Accuracy, Proved, RenderSettings};
@@ -34,6 +34,8 @@ pub struct World<R> {
     pub lights: Vec<Light<R>>,
     /// I_a.
     pub ambient: [R; 3],
+    /// The same for what catches shadows, which light from all around reaches without rays, also where light is traced.
+    pub ambient_of_catchers: [R; 3],
     /// Radiance of rays that hit nothing.
     pub background: [R; 3],
     /// Fog, if there is any.
@@ -52,6 +54,8 @@ pub struct World<R> {
     pub emitters: Option<Arc<Emitters>>,
     /// The camera.
     pub camera: Camera<R>,
+    /// The edges of the whole picture, if shadows fade there.
+    pub edges: Option<PictureEdges<R>>,
     /// The rules of the recursion.
     pub rules: Rules,
     /// How bright anything can be.

@@ -89,6 +89,13 @@ pub struct Lobes<L: Lanes> {
 }
 
 impl<L: Lanes> Lobes<L> {
+    /// What wide lobes reflect of all light from around.
+    #[inline(always)]
+    pub fn reflected_from_around(&self) -> V3<L> {
+        let coat = self.coat_blurred;
+        (self.blurred + V3 { x: coat, y: coat, z: coat }) * self.occlusion
+    }
+
     /// The lobes of some lanes. `to_eye` is unit, `ns` the normal with bumps and `coat_ns` that without. `traced`: whether rays
     /// bring light to each lobe.
     #[inline(always)]

@@ -42,6 +42,8 @@ pub struct Pbr {
     pub dark: bool,
     /// Whether it is there only where bodies hide lights from it.
     pub catches_shadows: bool,
+    /// The border of the picture in which the shadows that it catches fade, as a share of the picture.
+    pub edge_fade: f64,
 }
 
 /// A factor, and the texel that it multiplies.

@@ -46,7 +46,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
     let from = hits.surface.leave(hits.ng);
     // Light from around is hidden from no surface, so it brightens shadows.
     let sum = |light: V3<L>| light.x + light.y + light.z;
-    let mut all = sum(V3::splat(s, world.ambient));
+    let mut all = sum(V3::splat(s, world.ambient_of_catchers));
     if let Some(surroundings) = &world.surroundings {
         all = all + sum(surroundings.scattered(s, hits.ng));
     }
@@ -79,7 +79,28 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         arrived = L::select(lit, arrived + brightness * seen, arrived);
     }
     let hidden = L::select(all.gt(zero), one - arrived / all, zero).max(zero).min(one);
-    L::select(L::mask(s, lanes), hidden * shown, opacity)
+    L::select(L::mask(s, lanes), hidden * shown * left_by_edges(s, world, hits, lanes), opacity)
+}
+
+/// How much the borders of the picture, in which shadows fade, leave of them.
+#[inline(always)]
+fn left_by_edges<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>, lanes: u32) -> L {
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let Some(edges) = &world.edges else { return one };
+    let inside = edges.inside(s, hits.surface.point);
+    let (mut left, mut shown) = (lanes, one);
+    while left != 0 {
+        let (id, same) = hits.material.same_as_first(s, left);
+        left &= !same;
+        let Some(border) = world.materials[id as usize].pbr.as_ref().map(|pbr| 2.0 * pbr.edge_fade) else { continue };
+        if border > 0.0 {
+            let part = (inside / L::lit(s, border)).max(zero).min(one);
+            // Slow at both ends, so that no line shows where it begins.
+            let smooth = part * part * (L::lit(s, 3.0) - (part + part));
+            shown = L::select(L::mask(s, same), smooth, shown);
+        }
+    }
+    shown
 }
 
 /// The lanes that have hit what catches shadows.

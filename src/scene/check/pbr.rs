@@ -37,6 +37,7 @@ pub(super) fn check_pbr(findings: &mut Findings, at: Path<'_>, material: &Materi
     let spread = (pbr.ior - 1.0) / 20.0 * pbr.dispersion;
     let range = "at least 0, and (ior - 1)/20 times it at most 0.2";
     findings.number(at.key("dispersion"), pbr.dispersion, range, (0.0..=0.2).contains(&spread));
+    findings.number(at.key("edge_fade"), pbr.edge_fade, "between 0 and 0.5", (0.0..=0.5).contains(&pbr.edge_fade));
     if let Some(attenuation) = &pbr.attenuation {
         let at = at.key("attenuation");
         let least = attenuation.color.0.min_element();

@@ -1,6 +1,6 @@
 //! A checked description in the kernel's format.
 
-use super::camera::camera_of;
+use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
 use super::effects::{disperses, hides_nothing, settle};
 use super::emitters::emitters;
@@ -71,15 +71,21 @@ pub(super) fn build<R: Real>(
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
     let faithful = pbr::traces_light(render);
     let catches = builder.materials.iter().any(Material::catches_shadows);
-    let without_rays = lights_surfaces && (!faithful || catches);
+    let fades = builder.materials.iter().any(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.edge_fade > 0.0));
+    // What catches shadows has no rays of its own for the light from around.
+    let without_rays = if faithful { catches } else { lights_surfaces };
     let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
     // Fog would fade the light on its way.
     let looked_for = faithful && fog.is_none();
     let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));
     let emitters = looked_for.then(|| emitters(description, &builder.materials)).flatten().map(Arc::new);
     // One of one colour is ambient light, which rays bring if light is traced.
-    let around = if lights_surfaces && is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
-    let ambient = if faithful { Rgb::ZERO } else { description.ambient.0 + around };
+    let around = if is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
+    let ambient = match (faithful, lights_surfaces) {
+        (true, _) => Rgb::ZERO,
+        (false, true) => description.ambient.0 + around,
+        (false, false) => description.ambient.0,
+    };
     if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
@@ -97,6 +103,7 @@ pub(super) fn build<R: Real>(
         materials: builder.materials,
         lights,
         ambient: narrow_rgb(ambient),
+        ambient_of_catchers: narrow_rgb(if faithful { around } else { ambient }),
         background: narrow_rgb(background),
         behind: (description.film.background != d::FilmBackground::Scene).then(|| narrow_rgb(Rgb::ZERO)),
         display: display(&description.film),
@@ -105,6 +112,11 @@ pub(super) fn build<R: Real>(
         bright_directions: bright,
         emitters,
         fog,
+        edges: if fades {
+            edges_of(&description.camera, description.image.width, description.image.height)
+        } else {
+            None
+        },
         camera,
         rules: Rules {
             max_depth: render.fixed_depth(),

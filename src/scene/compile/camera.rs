@@ -1,6 +1,6 @@
 //! The camera of a description.
 
-use crate::camera::{Angular, Basis, Camera, Flat, Lens};
+use crate::camera::{Angular, Basis, Camera, Flat, Lens, PictureEdges};
 use crate::lanes::Real;
 use crate::math;
 use crate::scene::description as d;
@@ -29,4 +29,15 @@ pub fn camera_of<R: Real>(camera: &d::Camera, basis: &Basis, width: u32, height:
             Camera::Angular(Angular::cylinder(basis, c.hfov_deg.to_radians(), half_tan(c.vfov_deg), size))
         }
     }
+}
+
+/// The edges of such a picture, if it is flat.
+pub(super) fn edges_of<R: Real>(camera: &d::Camera, width: u32, height: u32) -> Option<PictureEdges<R>> {
+    let (tall, parallel) = match camera {
+        d::Camera::Pinhole(c) => (math::tan(c.vfov_deg.to_radians() * 0.5), false),
+        d::Camera::Orthographic(c) => (0.5 * c.height, true),
+        _ => return None,
+    };
+    let half = [tall * f64::from(width) / f64::from(height), tall];
+    PictureEdges::new(&camera.view(), half, parallel)
 }

@@ -37,7 +37,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         let mut material = material(&clear, pictures, false);
         material.emission = narrow_rgb(Rgb::ZERO);
         if let Some(pbr) = &mut material.pbr {
-            (pbr.dark, pbr.catches_shadows) = (true, true);
+            (pbr.dark, pbr.catches_shadows, pbr.edge_fade) = (true, true, described.edge_fade);
         }
         return material;
     }
@@ -61,6 +61,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         undone: None,
         dark: false,
         catches_shadows: false,
+        edge_fade: 0.0,
     };
     let bump = described.normal.as_deref().and_then(|normal| {
         let picture = album.picture(normal, Meaning::Normal);

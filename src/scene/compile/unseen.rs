@@ -8,14 +8,17 @@ use crate::shading::material::Material;
 use crate::shading::texture::checker::BaseColor;
 
 /// Light that surfaces gather, if none of them scatters any, and ambient light that no surface has a colour for. Gathered light
-/// takes the place of ambient light wherever it is asked for.
+/// takes the place of ambient light wherever it is asked for, but for what wide lobes of `pbr` materials reflect.
 pub(super) fn remove_ambient_light<R: Real>(world: &mut World<R>) {
     let bleeds_in_vain = world.rules.gathers() && !world.has_material(|material, _| scatters(material));
     if bleeds_in_vain {
         world.rules.color_bleeding = false;
+        world.materials.iter_mut().filter(|material| material.pbr.is_none()).for_each(forget_ambient);
     }
-    let reflects = |material: &Material<R>| is_colored(material.ambient.as_ref().unwrap_or(&material.diffuse));
-    if bleeds_in_vain || !world.has_material(|material, _| reflects(material)) {
+    let reflects = |material: &Material<R>| {
+        is_colored(material.ambient.as_ref().unwrap_or(&material.diffuse)) || material.catches_shadows()
+    };
+    if !world.has_material(|material, _| reflects(material)) {
         world.ambient = [R::from_f64(0.0); 3];
     }
 }
@@ -54,6 +57,14 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
         if let Some(color) = &mut material.ambient {
             forget_checker(color, ambient);
         }
+    }
+}
+
+/// A material without a colour for ambient light.
+fn forget_ambient<R: Real>(material: &mut Material<R>) {
+    material.ambient = Some(BaseColor::Uniform([R::from_f64(0.0); 3]));
+    if let Some(textures) = &mut material.textures {
+        (textures.ambient, textures.own_ambient) = (None, true);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Changes the settings of a built scene, for comparing settings without building it again.
 
-use super::camera::camera_of;
+use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
 use super::effects::{black, remove, settle};
 use super::{Precise, Scene, adapts};
@@ -145,11 +145,15 @@ impl Scene {
     /// Sets the size of the picture. `camera` is the one that the scene was built with. Both sides are at least 1 and within
     /// the limits.
     pub fn set_size(&mut self, camera: &description::Camera, width: u32, height: u32) {
+        fn set<R: Real>(world: &mut World<R>, camera: &description::Camera, basis: &Basis, width: u32, height: u32) {
+            world.camera = camera_of(camera, basis, width, height);
+            world.edges = world.edges.and_then(|_| edges_of(camera, width, height));
+        }
         let Some(basis) = Basis::new(&camera.view()) else { return };
         (self.width, self.height) = (width, height);
         match &mut self.world {
-            Precise::Single(world) => world.camera = camera_of(camera, &basis, width, height),
-            Precise::Double(world) => world.camera = camera_of(camera, &basis, width, height),
+            Precise::Single(world) => set(world, camera, &basis, width, height),
+            Precise::Double(world) => set(world, camera, &basis, width, height),
         }
     }
 }

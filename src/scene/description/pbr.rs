@@ -69,9 +69,14 @@ pub struct Pbr {
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
     /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide
-    /// from it. No other key counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false.
+    /// from it. No other key but `edge_fade` counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub shadow_catcher: bool,
+    /// With `shadow_catcher`: the border of the picture in which shadows fade, as a share of its width and height, 0 to 0.5, so that
+    /// none ends as if cut off at an edge. Pinhole and orthographic cameras only. Default 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 0.5))]
+    pub edge_fade: f64,
 }
 
 /// How much of a surface is there.
@@ -173,6 +178,7 @@ impl Default for Pbr {
             clearcoat_roughness: value(0.0),
             unlit: false,
             shadow_catcher: false,
+            edge_fade: 0.0,
         }
     }
 }

@@ -102,6 +102,7 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
         unlit: material.unlit,
         shadow_catcher: false,
+        edge_fade: 0.0,
     }
 }
 

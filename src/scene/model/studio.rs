@@ -11,6 +11,8 @@ const REACH: f64 = 0.58;
 const FADE: [(f64, f64); 4] = [(0.5, 1.0), (0.67, 0.75), (0.83, 0.25), (1.0, 0.0)];
 /// Sides of the circles.
 const SIDES: u32 = 32;
+/// The border of the picture in which shadows fade: a little more than framing leaves free around a model.
+const EDGE_FADE: f64 = 0.08;
 /// How far below the model the floor is, as a part of its extent, so that no face of it lies in the floor.
 const GAP: f64 = 1e-4;
 /// Least height of a model's top over the floor, as a part of its extent.
@@ -35,7 +37,8 @@ pub(super) fn surroundings(camera: &Camera, intensity: f64) -> Environment {
 
 /// The material of the floor.
 pub(super) fn catcher() -> Material {
-    Material { pbr: Some(Box::new(Pbr { shadow_catcher: true, ..Pbr::default() })), ..Material::default() }
+    let pbr = Pbr { shadow_catcher: true, edge_fade: EDGE_FADE, ..Pbr::default() };
+    Material { pbr: Some(Box::new(pbr)), ..Material::default() }
 }
 
 /// A floor under a model within a box, of which shadows fade before its edge: pictures end soon behind the model, and a shadow

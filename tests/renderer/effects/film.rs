@@ -132,7 +132,7 @@ fn tiles_and_accuracies_have_the_same_alpha() {
                     assert_eq!(tile.get_pixel(x - region.x, y - region.y), whole8.get_pixel(x, y));
                 }
             }
-            let window = strahl::camera::Window::whole(scene.width, scene.height);
+            let window = Window::whole(scene.width, scene.height);
             let until = |stop| render_until(&scene, &window, whole.region, &Control::default(), stop).unwrap();
             // A picture that had to stop has the alpha of the pixels that were traced, whose rays count.
             let few = until(Stop::Rays(50));
@@ -206,7 +206,7 @@ fn what_is_proved_holds_for_the_codes_shown() {
             let found = match accuracy.get("rays") {
                 None => picture(&scene),
                 Some(_) => {
-                    let window = strahl::camera::Window::whole(scene.width, scene.height);
+                    let window = Window::whole(scene.width, scene.height);
                     let region = Region::whole(scene.width, scene.height);
                     render_until(&scene, &window, region, &Control::default(), Stop::Rays(4000)).unwrap()
                 }

@@ -443,52 +443,6 @@ fn what_is_written_wrong_is_said_with_its_place() {
     assert_eq!(with(absorbs_all, none), ["/materials/it/pbr/attenuation/color"]);
 }
 
-/// A floor that catches shadows is nowhere but where a lamp is hidden, in colours and in alpha.
-#[test]
-fn a_shadow_catcher_shows_shadows_alone() {
-    let sunny = |ambient: f64, light: Value, film: Value| {
-        json!({
-            "version": 1, "image": { "width": 3, "height": 1 },
-            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
-            "background": 0.5, "ambient": ambient, "lights": [light], "film": film,
-            "materials": { "floor": { "pbr": { "shadow_catcher": true } } },
-            "objects": [
-                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
-                { "box": { "min": [-4, 4, -1], "max": [-3, 5, 1] } }
-            ],
-            "render": { "antialias": false }
-        })
-    };
-    let scene = |light: Value, film: Value| sunny(0.0, light, film);
-    // Light that comes from the left hides the middle, 4.5 below and beside the box.
-    let sun = json!({ "directional": { "direction": [3.5, -4.5, 0] } });
-    for precision in ["single", "double"] {
-        let seen = pixels(scene(sun.clone(), json!({})), precision);
-        assert_eq!(seen, [[0.5; 3], [0.0; 3], [0.5; 3]], "{precision}");
-        let film = picture(&super::scene(scene(sun.clone(), json!({ "background": "transparent" })), precision)).film;
-        assert_eq!((film.pixels, film.alpha), (vec![[0.0; 3]; 3], vec![0.0, 1.0, 0.0]), "{precision}");
-    }
-    // Ambient light as bright as the sun on the floor brightens the shadow, in alpha too.
-    let height = 4.5 / f64::hypot(3.5, 4.5);
-    let film =
-        picture(&super::scene(sunny(height, sun.clone(), json!({ "background": "transparent" })), "double")).film;
-    assert!((film.alpha[1] - 0.5).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
-    assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
-    // The fourth number of a mesh's colours is how much of it is seen.
-    let mut faded = scene(sun.clone(), json!({ "background": "transparent" }));
-    faded["objects"][0] = json!({ "mesh": {
-        "vertices": [[-9, 0, 9], [9, 0, 9], [0, 0, -18]], "faces": [[0, 1, 2]], "material": "floor",
-        "colors": [[1, 1, 1, 0.25], [1, 1, 1, 0.25], [1, 1, 1, 0.25]]
-    } });
-    let film = picture(&super::scene(faded, "double")).film;
-    assert!((film.alpha[1] - 0.25).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
-    // Without a lamp there is nothing to be seen of it.
-    let mut dark = scene(sun, json!({}));
-    dark["lights"] = json!([]);
-    assert!(!effects(&dark).has(Effect::ShadowCatcher));
-    assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
-}
-
 #[test]
 fn lights_with_a_range_fade_as_gltf_says() {
     for (distance, range) in [(1.0, 2.0), (1.9, 2.0), (3.0, 2.0), (0.5, 100.0)] {

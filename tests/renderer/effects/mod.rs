@@ -17,9 +17,11 @@ mod fog;
 mod fresnel;
 mod metallic_roughness;
 mod motion;
+mod shadow_catcher;
 mod textures;
 
 use serde_json::{Value, json};
+use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::render::{Control, Picture, render};
 use strahl::scene::compile::Precise;

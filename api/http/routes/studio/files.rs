@@ -12,11 +12,11 @@ use std::sync::{LazyLock, OnceLock};
 type Part = (&'static str, &'static [u8]);
 
 /// The page. The hash of all files and the list of modules are put into it.
-const PAGE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/web/index.html"));
+const PAGE: &str = include_str!("../../../../web/index.html");
 
 macro_rules! web {
     ($($path:literal),* $(,)?) => {
-        &[$(($path, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/web/", $path)))),*]
+        &[$(($path, include_bytes!(concat!("../../../../web/", $path)))),*]
     };
 }
 
@@ -123,7 +123,7 @@ macro_rules! examples {
             id: $path,
             title: $title,
             about: $about,
-            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/", $path, ".json")),
+            text: include_str!(concat!("../../../../scenes/", $path, ".json")),
         }),*]
     };
 }

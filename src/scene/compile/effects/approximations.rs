@@ -32,7 +32,7 @@ pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Sai
     if !on {
         return match unseen.is_empty() {
             true => Said::off("no material is written as in glTF"),
-            false => Said::asked("only materials that no object uses ask for it", pointers(&unseen)),
+            false => Said::asked("only materials of which no object can be seen ask for it", pointers(&unseen)),
         };
     }
     let traced = facts.world.rules.traces_light();

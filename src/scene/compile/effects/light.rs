@@ -16,7 +16,9 @@ use crate::shading::texture::checker::BaseColor;
 
 pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     vec![
-        Rule::new(Effect::AmbientLight, |world| shows(world.ambient), ambient).without(|world| world.ambient = black()),
+        Rule::new(Effect::AmbientLight, |world| shows(world.ambient), ambient).without(|world| {
+            (world.ambient, world.ambient_of_catchers) = (black(), black());
+        }),
         Rule::new(
             Effect::DiffuseReflection,
             |world| {

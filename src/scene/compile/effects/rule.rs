@@ -167,7 +167,7 @@ impl<R: Real> OfMaterial<R> {
         }
         let bodies = those(&|i| used[i].anywhere);
         if bodies.is_empty() {
-            return Said::asked("only materials that no object uses ask for it", those(&|_| true));
+            return Said::asked("only materials of which no object can be seen ask for it", those(&|_| true));
         }
         Said::asked(self.removed, bodies)
     }

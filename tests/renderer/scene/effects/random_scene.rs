@@ -76,6 +76,29 @@ fn material(r: &mut Random) -> Value {
     material
 }
 
+/// A material as in glTF, much of which asks for nothing: numbers alone, since bodies without coordinates take no pictures.
+fn pbr(r: &mut Random) -> Value {
+    let share = |r: &mut Random| one_of(r, &[json!(0), json!(0), json!(0.4), json!(1)]);
+    let mut pbr = json!({
+        "base_color": gray(r), "metallic": share(r), "roughness": share(r), "transmission": share(r),
+        "specular": share(r), "specular_color": gray(r), "clearcoat": share(r), "clearcoat_roughness": share(r),
+        "ior": one_of(r, &[json!(1), json!(1.5)]), "thin": r.below(3) == 0,
+        "emissive": one_of(r, &[json!(0), json!(0), json!(0.3)]),
+        "dispersion": one_of(r, &[json!(0), json!(0), json!(0.2)])
+    });
+    match r.below(8) {
+        0 => pbr["unlit"] = json!(true),
+        1 => (pbr["shadow_catcher"], pbr["edge_fade"]) = (json!(true), one_of(r, &[json!(0), json!(0.2)])),
+        2 | 3 => {
+            let mode = one_of(r, &[json!("blend"), json!("mask")]);
+            pbr["opacity"] = json!({ "alpha": share(r), "mode": mode, "cutoff": one_of(r, &[json!(0), json!(0.5)]) });
+        }
+        4 => pbr["attenuation"] = json!({ "color": one_of(r, &[json!(1), json!(0.4)]), "distance": 0.5 }),
+        _ => {}
+    }
+    json!({ "pbr": pbr, "one_sided": r.below(4) == 0 })
+}
+
 fn body(r: &mut Random) -> Value {
     let (p, q, size) = (r.point(1.5), r.point(1.5), r.between(0.2, 1.2));
     let min: [f64; 3] = std::array::from_fn(|i| p[i].min(q[i]));
@@ -199,6 +222,25 @@ pub(super) fn random_scene(seed: u64) -> Value {
             "tone": one_of(r, &[json!("none"), json!("khronos_pbr_neutral"), json!("agx")]),
             "background": one_of(r, &[json!("scene"), json!("transparent")])
         });
+    }
+    if r.below(4) == 0 {
+        for name in ["a", "b"].into_iter().take(1 + r.below(2)) {
+            scene["materials"][name] = pbr(r);
+        }
+        if r.below(2) == 0 {
+            let image = &IMAGES[r.below(2)];
+            let around = [json!({ "image": image }), json!({ "studio": {} }), json!({ "sky": {} })];
+            scene["environment"] = one_of(r, &around);
+            scene["environment"]["light"] = one_of(r, &[json!("none"), json!("fast")]);
+            scene["environment"]["intensity"] = one_of(r, &[json!(0), json!(0.5)]);
+        }
+        if r.below(3) == 0 {
+            scene["render"]["fidelity"] = json!("faithful");
+            scene["render"]["samples"] = json!(2);
+            scene["render"]["max_depth"] = json!(4);
+            scene["render"].as_object_mut().unwrap().remove("accuracy");
+            scene["render"].as_object_mut().unwrap().remove("min_weight");
+        }
     }
     scene
 }

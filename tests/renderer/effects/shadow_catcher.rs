@@ -1,0 +1,92 @@
+//! Surfaces that show shadows alone.
+
+use super::*;
+
+/// A floor that catches shadows is nowhere but where a lamp is hidden, in colours and in alpha.
+#[test]
+fn a_shadow_catcher_shows_shadows_alone() {
+    let sunny = |ambient: f64, light: Value, film: Value| {
+        json!({
+            "version": 1, "image": { "width": 3, "height": 1 },
+            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
+            "background": 0.5, "ambient": ambient, "lights": [light], "film": film,
+            "materials": { "floor": { "pbr": { "shadow_catcher": true } } },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-4, 4, -1], "max": [-3, 5, 1] } }
+            ],
+            "render": { "antialias": false }
+        })
+    };
+    let scene = |light: Value, film: Value| sunny(0.0, light, film);
+    // Light that comes from the left hides the middle, 4.5 below and beside the box.
+    let sun = json!({ "directional": { "direction": [3.5, -4.5, 0] } });
+    for precision in ["single", "double"] {
+        let seen = pixels(scene(sun.clone(), json!({})), precision);
+        assert_eq!(seen, [[0.5; 3], [0.0; 3], [0.5; 3]], "{precision}");
+        let film = picture(&super::scene(scene(sun.clone(), json!({ "background": "transparent" })), precision)).film;
+        assert_eq!((film.pixels, film.alpha), (vec![[0.0; 3]; 3], vec![0.0, 1.0, 0.0]), "{precision}");
+    }
+    // Ambient light as bright as the sun on the floor brightens the shadow, in alpha too.
+    let height = 4.5 / f64::hypot(3.5, 4.5);
+    let film =
+        picture(&super::scene(sunny(height, sun.clone(), json!({ "background": "transparent" })), "double")).film;
+    assert!((film.alpha[1] - 0.5).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
+    assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
+    // The fourth number of a mesh's colours is how much of it is seen.
+    let mut faded = scene(sun.clone(), json!({ "background": "transparent" }));
+    faded["objects"][0] = json!({ "mesh": {
+        "vertices": [[-9, 0, 9], [9, 0, 9], [0, 0, -18]], "faces": [[0, 1, 2]], "material": "floor",
+        "colors": [[1, 1, 1, 0.25], [1, 1, 1, 0.25], [1, 1, 1, 0.25]]
+    } });
+    let film = picture(&super::scene(faded, "double")).film;
+    assert!((film.alpha[1] - 0.25).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
+    // Without a lamp there is nothing to be seen of it.
+    let mut dark = scene(sun, json!({}));
+    dark["lights"] = json!([]);
+    assert!(!effects(&dark).has(Effect::ShadowCatcher));
+    assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
+}
+
+/// Shadows fade in the border of the picture, by the same share in each window of it, whatever the camera.
+#[test]
+fn shadows_fade_at_the_edges_of_the_whole_picture() {
+    let lit_from_above = |camera: Value| {
+        json!({
+            "version": 1, "image": { "width": 20, "height": 10 }, "camera": camera,
+            "ambient": 0, "film": { "background": "transparent" },
+            "lights": [{ "directional": { "direction": [0, -1, 0] } }],
+            "materials": { "floor": { "pbr": { "shadow_catcher": true, "edge_fade": 0.2 } } },
+            // All of the floor lies in the shadow of a ceiling behind the camera.
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-99, 50, -99], "max": [99, 51, 99] } }
+            ],
+            "render": { "antialias": false }
+        })
+    };
+    let cameras = [
+        json!({ "pinhole": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "vfov_deg": 90 } }),
+        json!({ "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } }),
+    ];
+    for (camera, precision) in cameras.iter().flat_map(|camera| ["single", "double"].map(|p| (camera, p))) {
+        let built = scene(lit_from_above(camera.clone()), precision);
+        let alpha = picture(&built).film.alpha;
+        for (at, alpha) in alpha.iter().enumerate() {
+            let [x, y] = [at % 20, at / 20].map(|i| i as f64 + 0.5);
+            // The share of the way through the nearest border, then 3 t^2 - 2 t^3.
+            let nearest = [x / 20.0, 1.0 - x / 20.0, y / 10.0, 1.0 - y / 10.0].into_iter().fold(1.0, f64::min);
+            let t = (nearest / 0.2).min(1.0);
+            let expected = t * t * (3.0 - 2.0 * t);
+            assert!((f64::from(*alpha) - expected).abs() < 1e-5, "{camera} {precision} {x} {y}: {alpha} {expected}");
+        }
+        // The upper right quarter as a picture of its own.
+        let window = Window { origin: [10.0, 0.0], step: [1.0; 2], width: 10, height: 5 };
+        let quarter = picture(&built.through(&window)).film.alpha;
+        let cut: Vec<f32> = (0..5).flat_map(|y| alpha[20 * y + 10..20 * y + 20].to_vec()).collect();
+        assert_eq!(quarter, cut, "{camera} {precision}");
+    }
+    let mut wide = lit_from_above(cameras[0].clone());
+    wide["materials"]["floor"]["pbr"]["edge_fade"] = json!(0.6);
+    assert_eq!(problems(&wide), ["/materials/floor/pbr/edge_fade"]);
+}
