@@ -101,7 +101,7 @@ pub(super) struct ModelArgs {
     #[arg(long, value_name = "WHICH")]
     animation: Option<Which>,
     /// Seconds since the start of the animation.
-    #[arg(short, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(short, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     t: Option<f64>,
     /// Which variant of its materials, by its place from 0 or its name.
     #[arg(long, value_name = "WHICH")]
@@ -136,6 +136,12 @@ impl ModelArgs {
 fn ratio(text: &str) -> Result<f64, String> {
     let wrong = || "expected a number from 0.25 to 8".to_owned();
     text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio)).ok_or_else(wrong)
+}
+
+/// A time of an animation.
+fn seconds(text: &str) -> Result<f64, String> {
+    let wrong = || "expected a number of at least 0".to_owned();
+    text.parse().ok().filter(|t| ModelOptions::is_time(*t)).ok_or_else(wrong)
 }
 
 /// An exposure.

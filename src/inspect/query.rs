@@ -18,13 +18,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
+/// The shortest direction: in its units all of a scene is less than the largest number away.
+const SHORTEST: f64 = 1e-290;
+
 /// A ray; `t` counts in units of `direction`, which is taken as given.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RayQuery {
     /// Start.
     pub origin: [f64; 3],
-    /// Direction, any length but 0.
+    /// Direction, any length but 0 and what is next to it: one coordinate is 1e-290 or more.
     pub direction: [f64; 3],
     /// Hits at or below this t do not count. Default 0.
     #[serde(default)]
@@ -42,6 +45,11 @@ impl FromStr for RayQuery {
         let ray: Self = serde_json::from_str(json).map_err(|error| format!("this is not a ray: {error}"))?;
         if ray.direction == [0.0; 3] {
             return Err("the direction has length 0; any other length will do".into());
+        }
+        if ray.direction.iter().all(|x| x.abs() < SHORTEST) {
+            return Err(format!(
+                "the direction is too short for t in its units: one coordinate must be {SHORTEST:e} or more"
+            ));
         }
         if ray.origin.iter().any(|x| x.abs() > MAGNITUDE) {
             return Err(format!("the origin must have coordinates between -{MAGNITUDE:e} and {MAGNITUDE:e}"));
@@ -184,6 +192,8 @@ mod tests {
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,-2]}"#).is_ok());
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,-0,0]}"#).is_err());
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1e999]}"#).is_err());
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1e-320]}"#).is_err());
+        assert!(read(r#"{"origin":[0,0,0],"direction":[0,1e-320,-1e-290]}"#).is_ok());
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1],"t_min":2,"t_max":1}"#).is_err());
         assert!(read(r#"{"origin":[0,0,0],"dir":[0,0,1]}"#).is_err());
     }

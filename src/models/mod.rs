@@ -6,9 +6,11 @@
 
 mod budget;
 mod crease;
+pub mod data_uri;
 mod fault;
 mod geometry;
 pub mod gltf;
+pub(crate) mod jpeg;
 pub mod ktx2;
 mod material;
 mod meshopt;

@@ -3,7 +3,8 @@
 //! Such a body is kept as it came. It names its boundary itself, in its first line, so it stands for the whole model: it has one
 //! hash, and jobs and caches need to know nothing of parts.
 
-use data_encoding::{BASE64, BASE64_NOPAD};
+use super::data_uri::{self, percent_decoded};
+use std::collections::HashMap;
 
 /// Most parts of a body.
 const PARTS: usize = 4_096;
@@ -90,14 +91,34 @@ fn name_of(headers: &[u8]) -> Option<&str> {
     parameter(" filename=\"").filter(|name| !name.is_empty()).or_else(|| parameter(" name=\""))
 }
 
-/// The part that is the model: the first with a name that ends as those of models do, else the first.
-pub fn model_of<'a>(parts: &[Part<'a>]) -> Option<Part<'a>> {
+/// The part that is the model: the one with a name that ends as those of models do, else the first. An error says which parts
+/// cannot be told apart.
+pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
+    let mut numbers = HashMap::new();
+    for (number, part) in (1..).zip(parts) {
+        if let Some(first) = numbers.insert(part.name, number) {
+            return Err(format!("parts {first} and {number} have the same name, {}: rename one", shown(part.name)));
+        }
+    }
     const ENDINGS: [&str; 5] = [".gltf", ".glb", ".obj", ".stl", ".ply"];
     let is_model = |part: &&Part<'_>| {
         let name = part.name.to_ascii_lowercase();
         ENDINGS.iter().any(|ending| name.ends_with(ending))
     };
-    parts.iter().find(is_model).or(parts.first()).copied()
+    let mut models = parts.iter().filter(is_model);
+    match (models.next(), models.next()) {
+        (Some(one), Some(other)) => {
+            let [one, other] = [one, other].map(|part| shown(part.name));
+            Err(format!("{one} and {other} are both models: send one of them, and the parts that it names"))
+        }
+        (one, _) => one.or(parts.first()).copied().ok_or_else(|| "the body has no parts".to_owned()),
+    }
+}
+
+/// A name in quotes, not too long.
+fn shown(name: &str) -> String {
+    let short: String = name.chars().take(60).collect();
+    if short.len() < name.len() { format!("{:?}", short + "...") } else { format!("{short:?}") }
 }
 
 /// What a URI of a model says.
@@ -111,15 +132,10 @@ pub(super) enum Uri {
 
 /// Reads a URI. Models never name what is on the network, nor what is outside of their folder.
 pub(super) fn uri(text: &str) -> Result<Uri, String> {
-    if text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        let Some((_, data)) = text.split_once(";base64,") else {
-            return Err("is a data URI without \";base64,\", which is not read".into());
-        };
-        let base64 = if data.ends_with('=') { BASE64 } else { BASE64_NOPAD };
-        let bytes = base64.decode(data.as_bytes());
-        return bytes.map(Uri::Data).map_err(|error| format!("is no base64: {error}"));
+    if let Some(bytes) = data_uri::decoded(text) {
+        return bytes.map(Uri::Data);
     }
-    let name = percent_decoded(text);
+    let name = String::from_utf8(percent_decoded(text).into_owned()).unwrap_or_else(|_| text.to_owned());
     if name.is_empty() {
         return Err("names nothing".into());
     }
@@ -130,20 +146,6 @@ pub(super) fn uri(text: &str) -> Result<Uri, String> {
         return Err("leads out of the model's folder: write a name relative to it, without \"..\"".into());
     }
     Ok(Uri::Name(name))
-}
-
-fn percent_decoded(text: &str) -> String {
-    let bytes = text.as_bytes();
-    let mut decoded = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        let code = bytes.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
-        let code =
-            code.and_then(|code| std::str::from_utf8(code).ok()).and_then(|code| u8::from_str_radix(code, 16).ok());
-        decoded.push(code.unwrap_or(bytes[at]));
-        at += if code.is_some() { 3 } else { 1 };
-    }
-    String::from_utf8(decoded).unwrap_or_else(|_| text.to_owned())
 }
 
 #[cfg(test)]
@@ -170,7 +172,7 @@ mod tests {
         assert_eq!(uri("a%20b/c.png"), Ok(Uri::Name("a b/c.png".into())));
         assert_eq!(uri("data:x/y;base64,AAE="), Ok(Uri::Data(vec![0, 1])));
         assert_eq!(uri("data:;base64,AAE"), Ok(Uri::Data(vec![0, 1])));
-        for wrong in ["", ":", "http://a/b", "../a", "a/%2e%2e/b", "/etc/passwd", "a\\b", "data:,x", "data:;base64,!"] {
+        for wrong in ["", ":", "http://a/b", "../a", "a/%2e%2e/b", "/etc/passwd", "a\\b", "data:x", "data:;base64,!"] {
             assert!(uri(wrong).is_err(), "{wrong}");
         }
     }

@@ -8,7 +8,7 @@ use super::limits::PROBLEMS_FOUND;
 use super::model::{self, Views, read_models};
 use super::nff::{self, NffOptions};
 use super::overrides::Overrides;
-use super::pictures::{Files, NoFiles, Pictures};
+use super::pictures::{Files, NoFiles, Pictures, named};
 use super::problem::unless_cancelled;
 use super::read::{self, Mended, Unreadable, read_json};
 use super::recognise::{Recognised, recognise, recognise_start};
@@ -101,6 +101,16 @@ pub enum NotLoaded<E> {
     Refused(E),
 }
 
+impl<E> NotLoaded<E> {
+    /// The same with other problems.
+    fn with(self, change: impl FnOnce(Problems) -> Problems) -> Self {
+        match self {
+            Self::Problems(problems) => Self::Problems(change(problems)),
+            refused => refused,
+        }
+    }
+}
+
 impl<E> From<Problems> for NotLoaded<E> {
     fn from(problems: Problems) -> Self {
         Self::Problems(problems)
@@ -154,10 +164,12 @@ fn load_model<E>(
         None => model::import_parts(bytes.as_ref(), overrides)?,
     };
     drop(bytes);
-    let model::Imported { mut description, warnings: mut all, from_files, views } = imported;
+    let model::Imported { mut description, warnings: mut all, from_files, views, pictures: names } = imported;
     overrides.apply(&mut description);
     let steps = Steps::read(start);
-    let (mut pictures, warnings) = steps.checked(&description, files, accept, None)?;
+    let checked = steps.checked(&description, files, accept, None);
+    let (mut pictures, warnings) =
+        checked.map_err(|error| error.with(|problems| named(&description, &names, problems, false)))?;
     pictures.from_files |= from_files;
     all.extend(warnings);
     let scene = steps.build(&description, NffOptions::default(), pictures, all, None)?;
@@ -181,11 +193,13 @@ pub(super) fn prepare(description: &mut Description, files: &dyn Files) -> Resul
 }
 
 /// An error with pointers into the text of the scene, which has models.
-pub(super) fn meant<E>(description: &Description, mut error: NotLoaded<E>) -> NotLoaded<E> {
-    if let (NotLoaded::Problems(Problems(problems)), Some(models)) = (&mut error, description.models.get()) {
+pub(super) fn meant<E>(description: &Description, error: NotLoaded<E>) -> NotLoaded<E> {
+    let Some(models) = description.models.get() else { return error };
+    error.with(|problems| {
+        let Problems(mut problems) = named(&description.whole(), &models.pictures, problems, true);
         problems.iter_mut().for_each(|problem| _ = models.place(&mut problem.pointer));
-    }
-    error
+        Problems(problems).each_once()
+    })
 }
 
 fn load_json<E>(
@@ -331,13 +345,10 @@ pub(super) fn with_rest(text: &[u8], shape: Problems, mut mended: Mended, overri
 impl Overrides {
     /// The same with its problems located in the text.
     fn located<E>(&self, text: &[u8], error: NotLoaded<E>) -> NotLoaded<E> {
-        match error {
-            NotLoaded::Problems(Problems(mut problems)) => {
-                self.locate(text, &mut problems);
-                NotLoaded::Problems(Problems(problems))
-            }
-            refused => refused,
-        }
+        error.with(|Problems(mut problems)| {
+            self.locate(text, &mut problems);
+            Problems(problems)
+        })
     }
 }
 

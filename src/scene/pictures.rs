@@ -4,15 +4,15 @@
 //! and the memory of all pictures together.
 
 use super::Scene;
-use super::description::{Description, Diffuse, ImageMap, Relief, TexelChannel, Textured};
+use super::description::{Description, Diffuse, ImageMap, PictureNames, Relief, TexelChannel, Textured};
 use super::hashes::hash_of;
 use super::limits::{PICTURE_BYTES, PICTURE_MEMORY, PICTURE_SIDE};
 use super::problem::{Code, Problem, Problems, push_token, unless_cancelled};
 use crate::control::{self, Cancelled};
 use crate::math;
 use crate::models::ktx2::{self, Ktx2};
+use crate::models::{data_uri, jpeg};
 use crate::shading::texture::mipmap::Mipmap;
-use data_encoding::BASE64;
 use image::{
     ColorType, DynamicImage, GenericImageView, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgb32FImage,
     RgbaImage,
@@ -229,6 +229,27 @@ pub(super) fn sources(description: &Description) -> impl Iterator<Item = (&str, 
     wanted(description).into_iter().map(|(source, _, pointer)| (source, pointer))
 }
 
+/// Problems with pictures of models, with what their files call them: in place of the pointers, or of models that a scene places
+/// in the sentences.
+pub(super) fn named(description: &Description, names: &PictureNames, problems: Problems, is_placed: bool) -> Problems {
+    if names.is_empty() {
+        return problems;
+    }
+    let sources: HashMap<String, &str> = sources(description).map(|(source, pointer)| (pointer, source)).collect();
+    let one = |problem: Problem| {
+        let name = sources.get(&problem.pointer).and_then(|source| names.get(source));
+        let Some(name) = name else { return problem };
+        let detail = &problem.detail;
+        match (is_placed, name.starts_with('/')) {
+            (true, _) => Problem { detail: format!("in the model: {name}: {detail}"), ..problem },
+            (false, true) => Problem { pointer: name.to_owned(), ..problem },
+            (false, false) => Problem { pointer: String::new(), detail: format!("{name}: {detail}"), ..problem },
+        }
+    };
+    // A picture with two meanings is one picture of the model.
+    Problems(problems.0.into_iter().map(one).collect()).each_once()
+}
+
 /// Bytes of the names and contents of pictures in a description.
 pub(super) fn source_bytes(description: &Description) -> u64 {
     wanted(description).iter().map(|(source, ..)| source.len() as u64).sum()
@@ -252,11 +273,8 @@ fn is_url(source: &str) -> bool {
 
 /// The bytes of a picture file.
 fn bytes(source: &str, files: &dyn Files) -> Result<Vec<u8>, Failure> {
-    let bytes = if source.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        let Some((_, data)) = source.split_once(";base64,") else {
-            return Err((Code::Unsupported, "must be written as \"data:image/png;base64,...\"".into()));
-        };
-        BASE64.decode(data.as_bytes()).map_err(|error| (Code::Degenerate, format!("is no base64: {error}")))?
+    let bytes = if let Some(bytes) = data_uri::decoded(source) {
+        bytes.map_err(|why| (Code::Degenerate, why))?
     } else if is_url(source) && hash_of(source).is_none() {
         let detail = "pictures are never fetched: name a file, or write \"data:image/png;base64,...\"";
         return Err((Code::Unsupported, detail.into()));
@@ -283,6 +301,12 @@ fn decode(bytes: &[u8], meaning: Meaning, left: &mut u64, files: &dyn Files) -> 
         DynamicImage::ImageRgba8(image.ok_or_else(|| broken("ends too early".into()))?)
     } else {
         let broken = |error: ImageError| (Code::Degenerate, format!("the picture cannot be decoded: {error}"));
+        if bytes.starts_with(b"\xff\xd8\xff") && !jpeg::has_end(bytes) {
+            return Err((
+                Code::Degenerate,
+                "the picture is cut off: this JPEG has no end, so a part of it is not there".into(),
+            ));
+        }
         let decoder = decoder(bytes, meaning)?;
         let (width, height) = decoder.dimensions();
         Size { width, height, is_wide: is_wide(decoder.color_type()) }.check(bytes, meaning, left, files)?;

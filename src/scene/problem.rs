@@ -5,6 +5,7 @@ use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::control::{self, Cancelled};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::HashSet;
 use std::fmt;
 
 /// One thing that is wrong, and where.
@@ -92,6 +93,12 @@ impl Problem {
         }
     }
 
+    /// Whether it is a warning about a model's file, which is in no place of the scene.
+    pub(crate) fn is_of_file(&self) -> bool {
+        let is_of_model = matches!(self.code, Code::NotSimulated | Code::Approximated | Code::Skipped | Code::Assumed);
+        self.pointer.is_empty() && is_of_model
+    }
+
     /// The SHA-256 of the asset that is missing.
     pub fn lacks(&self) -> Option<&str> {
         let name = (self.code == Code::MissingAsset).then(|| self.detail.split(' ').next())??;
@@ -138,6 +145,13 @@ impl Problems {
         };
         let count = self.0.iter().take(PROBLEMS.max as usize).take_while(fits).count().max(1).min(self.0.len());
         (&self.0[..count], self.0.len() - count)
+    }
+
+    /// Each place with each sentence once.
+    pub(in crate::scene) fn each_once(mut self) -> Self {
+        let mut known = HashSet::new();
+        self.0.retain(|problem| known.insert((problem.pointer.clone(), problem.detail.clone())));
+        self
     }
 
     /// `12`, or `1000 or more`, after which the check stops.

@@ -48,6 +48,9 @@ const OTHERS: [(&[u8], &str); 12] = [
     (b"<", "XML or HTML"),
 ];
 
+/// What OBJ files name beside them.
+const MATERIALS: &str = "a material library of Wavefront OBJ (.mtl)";
+
 /// First words of NFF files.
 const NFF: [&[u8]; 8] = [b"v", b"b", b"l", b"f", b"c", b"s", b"p", b"pp"];
 
@@ -130,6 +133,7 @@ fn by_first_statement(text: &[u8]) -> Recognised {
     match words.next() {
         Some(b"v") if words.clone().take(3).filter(|word| is_number(word)).count() == 3 => Recognised::Obj,
         Some(b"vn" | b"vt" | b"vp" | b"mtllib" | b"usemtl" | b"o" | b"g") => Recognised::Obj,
+        Some(b"newmtl") => Recognised::Other(MATERIALS),
         Some(word) if NFF.contains(&word) => Recognised::Nff,
         _ => Recognised::Unknown,
     }
@@ -180,6 +184,9 @@ impl Recognised {
             (Self::Json, Format::Nff) => "not NFF: read it as json (--input json; Content-Type: application/json)",
             (Self::Nff, Format::Json) => "not JSON: read it as nff (--input nff; Content-Type: text/x-nff)",
             (Self::Other(name), _) if name.ends_with("picture") => "not a scene: a scene names its pictures",
+            (Self::Other(MATERIALS), _) => {
+                "without a shape in it: send its .obj, and both as parts of one multipart/form-data body"
+            }
             (Self::Json, _) => "not a model: read it as json (--input json; Content-Type: application/json)",
             (Self::Nff, _) => "not a model: read it as nff (--input nff; Content-Type: text/x-nff)",
             (Self::Glb | Self::Gltf, _) => {
@@ -216,6 +223,7 @@ mod tests {
             (b"# Blender\r\n\r\nmtllib a.mtl\r\nv 1 2 3", Recognised::Obj),
             (b"v 1.0 -2e-3 3 1\nf 1 1 1", Recognised::Obj),
             (b"\x89PNG\r\n\x1a\n", Recognised::Other("a PNG picture")),
+            (b"# Blender\nnewmtl red\nKd 1 0 0\n", Recognised::Other(MATERIALS)),
             (b"solid cube\nfacet normal 0 0 1", Recognised::Stl),
             (b"ply\nformat ascii 1.0", Recognised::Ply),
             (b"--x\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n", Recognised::Parts),

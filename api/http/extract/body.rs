@@ -6,7 +6,7 @@ use crate::http::state::AppState;
 use crate::service::memory_budget::MeteredBytes;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, header};
-use flate2::write::GzDecoder;
+use flate2::write::MultiGzDecoder;
 use http_body_util::BodyExt;
 use std::io::{self, Write};
 use std::time::Duration;
@@ -148,7 +148,7 @@ fn announced(headers: &HeaderMap) -> u64 {
 
 async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<MeteredBytes, Problem> {
     let mut all = app.service.memory.empty();
-    let mut unpacked = (encoding == Encoding::Gzip).then(|| GzDecoder::new(Vec::new()));
+    let mut unpacked = (encoding == Encoding::Gzip).then(|| MultiGzDecoder::new(Vec::new()));
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
         let Ok(data) = frame.into_data() else { continue };

@@ -422,6 +422,14 @@ impl Query {
         self.take("seconds", about, values, |text| text.parse().ok().filter(fits))
     }
 
+    /// Refuses a parameter that is known elsewhere, if it is given.
+    pub(crate) fn refuse(&mut self, name: &str, why: &str) {
+        if self.given.iter().any(|(given, _)| given == name) {
+            self.given.retain(|(given, _)| given != name);
+            self.wrong(name, "unsupported", why.to_owned());
+        }
+    }
+
     /// Ends reading. Parameters that are left are unknown or repeated.
     pub(crate) fn finish(mut self) -> Result<(), Problem> {
         for (name, _) in std::mem::take(&mut self.given) {

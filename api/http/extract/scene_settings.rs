@@ -105,7 +105,7 @@ impl Query {
             scene: self.count_or_0("scene", "Which scene of a model's file, from 0.", MOST),
             animation: self.which("animation", "Which animation of a model's file, by its place from 0 or its name."),
             t: self.take("t", "Seconds since the start of the animation.", Values::Number(0.0, None, None), |text| {
-                text.parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0)
+                text.parse().ok().filter(|t| ModelOptions::is_time(*t))
             }),
             variant: self.which("variant", "Which variant of a model's materials, by its place from 0 or its name."),
             light: self.word("light", "Which lights shine on a model."),

@@ -11,11 +11,12 @@ use crate::service::error::Error;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::pictures::warnings;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::sequences::Frames;
 use crate::service::sequences::shown::animations;
-use axum::http::{HeaderMap, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use strahl::film::animation::AnimationFormat;
@@ -75,6 +76,17 @@ pub(crate) async fn frame(
     Ok(answer)
 }
 
+/// The header with the warnings of a job's finished frames.
+async fn warnings_of(app: &App, job: &Arc<Job>) -> Result<HeaderMap, Problem> {
+    let (service, record) = (Arc::clone(&app.service), job.record().clone());
+    let line = blocking(move || service.jobs.frame_warnings(&record)).await?;
+    let mut headers = HeaderMap::new();
+    if let Some(line) = line {
+        put(&mut headers, HeaderName::from_static(warnings::NAME), &line);
+    }
+    Ok(headers)
+}
+
 /// The answer with all frames of a job that has succeeded, in the format that is named or accepted.
 pub(crate) async fn animation(
     app: &App,
@@ -117,7 +129,7 @@ pub(crate) async fn animation(
     };
     let bytes =
         bytes.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
-    let mut answer = HeaderMap::new();
+    let mut answer = warnings_of(app, job).await?;
     answer.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     answer.insert(header::CONTENT_LENGTH, bytes.len().into());
     answer.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
@@ -157,6 +169,7 @@ pub(crate) async fn sheet(
     let work = move |work: &Work| -> Result<_, Error> { work.workers.work(|| service.sheet(&sequence, columns))? };
     let made = app.service.run(tenant.task(Class::Renders), work).await?.value;
     let png = made.ok_or_else(|| no_picture(job))?;
+    let warnings = warnings_of(app, job).await?;
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "no-cache")];
-    Ok((headers, body(app.service.memory.metered(png)?)).into_response())
+    Ok((headers, warnings, body(app.service.memory.metered(png)?)).into_response())
 }

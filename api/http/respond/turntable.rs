@@ -40,6 +40,9 @@ pub(crate) struct Asked {
 /// Reads `turntable`, `sheet` and `format`.
 pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Problem> {
     let (count, sheet) = parameters(query);
+    query.refuse("bits", "a turntable has none, its pictures are of 8 bits: leave it out");
+    query.refuse("quality", "a turntable has none, it loses nothing: leave it out");
+    query.refuse("layers", "a turntable has none: ask for them without it, with format=exr");
     let count = count.unwrap_or(1);
     let named = query.one_of("format", "Format of the animation.", &AnimationFormat::ALL.map(AnimationFormat::frames));
     let named = AnimationFormat::ALL.into_iter().find(|format| Some(format.frames()) == named);
@@ -62,6 +65,11 @@ pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>) {
     let count = query.count("turntable", about, FRAMES);
     let about = "A contact sheet of a turntable instead, as COLUMNSxROWS.";
     (count, query.sheet("sheet", about))
+}
+
+/// Refuses what belongs to a turntable, where none is asked for.
+pub(crate) fn refuse_without(query: &mut Query) {
+    query.refuse("sheet", "it belongs to a turntable: add turntable=COUNT");
 }
 
 /// The animation or the sheet; or the job, if it is not done in time.

@@ -7,6 +7,7 @@ use crate::service::assets::Sent;
 use axum::Extension;
 use axum::http::Method;
 use data_encoding::{BASE64, HEXLOWER};
+use std::collections::HashSet;
 use strahl::scene::assets::{SCHEME, is_hash};
 
 /// Hashes of one question.
@@ -158,7 +159,9 @@ async fn missing(
         let wrong = || invalid(format!("{hash:?} is no SHA-256: write 64 hexadecimal digits, small letters"));
         if is_hash(hash) { Ok(hash.to_owned()) } else { Err(wrong()) }
     });
-    let hashes = hashes.collect::<Result<Vec<_>, _>>()?;
+    let mut hashes = hashes.collect::<Result<Vec<_>, _>>()?;
+    let mut known = HashSet::new();
+    hashes.retain(|hash| known.insert(hash.clone()));
     let missing = app.service.missing_assets(tenant.name.clone(), hashes).await?;
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(MissingAssets { missing })).into_response())
 }
@@ -180,10 +183,11 @@ fn not_yours(hash: &str) -> Problem {
     Problem::new(Kind::NotFound, format!("you have not sent the asset {hash}, or it is deleted: PUT /v1/assets/{hash}"))
 }
 
-/// The hash in a path.
+/// The hash in a path, with or without `sha256:` before it.
 fn known_hash(text: &str) -> Result<String, Problem> {
-    if is_hash(text) {
-        return Ok(text.to_owned());
+    let hash = text.strip_prefix(SCHEME).unwrap_or(text);
+    if is_hash(hash) {
+        return Ok(hash.to_owned());
     }
     let detail = format!("{text:?} is no SHA-256: write 64 hexadecimal digits, small letters, as sha256sum does");
     Err(Problem::new(Kind::NotFound, detail))

@@ -62,6 +62,7 @@ async fn whole(State(app): State<App>, request: Request) -> Result<Response, Pro
 async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
     let extra = |query: &mut Query, _: &HeaderMap| {
         let (output, layers) = (query.output(), query.layers());
+        turntable::refuse_without(query);
         query.refuse_layers(layers, "ask for them without multipart/mixed");
         query.picture_format(output, &HeaderMap::new())
     };
@@ -123,6 +124,7 @@ async fn answer(
 ) -> Result<Response, Problem> {
     let extra = |query: &mut Query, headers: &HeaderMap| {
         let (region, output) = (region(query), query.output());
+        turntable::refuse_without(query);
         let (format, layers) = (query.picture_format(output, headers)?, query.layers());
         if format != FileFormat::Exr {
             query.refuse_layers(layers, "only EXR has room for them: add format=exr");
@@ -175,6 +177,7 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     let query = request.uri().query().unwrap_or_default().to_owned();
     let extra = |query: &mut Query, headers: &HeaderMap| {
         let (output, layers) = (query.output(), query.layers());
+        turntable::refuse_without(query);
         query.refuse_layers(
             layers,
             "jobs have none: ask without Prefer, for parts of a large picture at /v1/render/tile",

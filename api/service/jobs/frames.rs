@@ -16,6 +16,7 @@ use super::rendering::tiles_of;
 use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
 use crate::service::clock::milliseconds;
 use crate::service::farm::Farm;
+use crate::service::pictures::warnings;
 use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::prepared::PreparedScene;
@@ -265,6 +266,14 @@ impl Jobs {
     pub(crate) fn frame_report(&self, id: &str, number: u32) -> Option<FrameReport> {
         let meta = self.files.frame_meta(id, number)?;
         FrameReport::of(number, format!("/v1/jobs/{id}/frames/{number}"), &meta)
+    }
+
+    /// The warnings of all finished frames of a job, as one line of a header.
+    pub(crate) fn frame_warnings(&self, record: &Record) -> Option<String> {
+        let count = record.frames.map_or(0, |frames| frames.count);
+        let metas = (0..count).filter_map(|number| self.files.frame_meta(&record.id, number));
+        let lines: Vec<_> = metas.flat_map(|meta| meta.lines).filter(|(name, _)| name == warnings::NAME).collect();
+        warnings::together(lines.iter().map(|(_, line)| line.as_str()))
     }
 
     /// What is known of all finished frames of a job.

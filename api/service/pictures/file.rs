@@ -58,7 +58,7 @@ impl PictureMeta {
         ];
         lines.extend(
             warnings::line(&scene.warnings, report.error.proved.shortfall.as_deref())
-                .map(|value| ("render-warnings".to_owned(), value)),
+                .map(|value| (warnings::NAME.to_owned(), value)),
         );
         let phases = report.cost.phases_ms;
         // All values of a report can be written as JSON.

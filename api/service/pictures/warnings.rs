@@ -3,6 +3,8 @@
 
 use strahl::scene::Problem;
 
+/// The header's name.
+pub(crate) const NAME: &str = "render-warnings";
 /// Most warnings in the header.
 const SHOWN: usize = 12;
 /// Most characters of a warning.
@@ -13,6 +15,21 @@ pub(crate) fn line(warnings: &[Problem], shortfall: Option<&str>) -> Option<Stri
     let sentences = shortfall.map(str::to_owned).into_iter().chain(warnings.iter().map(sentence));
     let texts: Vec<String> = sentences.take(SHOWN).map(quoted).collect();
     (!texts.is_empty()).then(|| texts.join(", "))
+}
+
+/// The lines of several pictures as one, with each warning once.
+pub(crate) fn together<'a>(lines: impl Iterator<Item = &'a str>) -> Option<String> {
+    let mut texts: Vec<&str> = Vec::new();
+    for line in lines {
+        // Quotes inside of a text have a backslash before them, so none begins after a blank.
+        let inside = line.strip_prefix('"').and_then(|line| line.strip_suffix('"')).unwrap_or(line);
+        for text in inside.split("\", \"") {
+            if texts.len() < SHOWN && !texts.contains(&text) {
+                texts.push(text);
+            }
+        }
+    }
+    (!texts.is_empty()).then(|| format!("\"{}\"", texts.join("\", \"")))
 }
 
 /// A warning with its pointer, if it has one.
@@ -40,6 +57,10 @@ mod tests {
         assert_eq!(value, r#""/materials/gl?s: say \"so\"", "/materials/gl?s: twice?""#);
         assert_eq!(line(&[], Some("cut off")).unwrap(), "\"cut off\"");
         assert!(line(&[], None).is_none());
+        let more = line(&[warning("say \"so\""), warning("else")], None).unwrap();
+        let all = together([value.as_str(), more.as_str()].into_iter()).unwrap();
+        assert_eq!(all, format!("{value}, \"/materials/gl?s: else\""));
+        assert!(together(std::iter::empty()).is_none());
         assert_eq!(line(&vec![warning("again"); 19], None).unwrap().matches("again").count(), SHOWN);
     }
 }

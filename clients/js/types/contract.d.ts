@@ -3452,7 +3452,7 @@ export interface components {
             scene?: number | null;
             /**
              * Format: double
-             * @description Seconds since the start of the animation, of the first one if none is named.
+             * @description Seconds since the start of the animation, at least 0, of the first one if none is named.
              */
             t?: number | null;
             /**
@@ -3748,7 +3748,7 @@ export interface components {
         RayKind: ("camera" | "reflected" | "transmitted") | "gathered";
         /** @description A ray; `t` counts in units of `direction`, which is taken as given. */
         RayQuery: {
-            /** @description Direction, any length but 0. */
+            /** @description Direction, any length but 0 and what is next to it: one coordinate is 1e-290 or more. */
             direction: number[];
             /** @description Start. */
             origin: number[];
@@ -5128,7 +5128,7 @@ export interface components {
                 "Render-Plan"?: string;
                 /** @description Rays traced, by kind. `gathered` is there only if there are any. */
                 "Render-Rays"?: string;
-                /** @description Up to five warnings about the scene; `POST /v1/scenes/validate` has all. */
+                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
                 "Render-Warnings"?: string | null;
                 /** @description SHA-256 of the picture's file (RFC 9530). */
                 "Repr-Digest"?: string;
@@ -6426,6 +6426,8 @@ export interface operations {
             /** @description The animation */
             200: {
                 headers: {
+                    /** @description Warnings about the frames, each once, up to twelve. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -6667,6 +6669,8 @@ export interface operations {
             /** @description The contact sheet */
             200: {
                 headers: {
+                    /** @description Warnings about the frames, each once, up to twelve. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {

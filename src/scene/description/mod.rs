@@ -14,6 +14,7 @@ mod material;
 mod models;
 mod object;
 mod pbr;
+mod picture_names;
 mod render;
 mod texture;
 mod written;
@@ -37,6 +38,7 @@ pub use object::{
     Sphere, Torus, Transform, Triangle,
 };
 pub use pbr::{AlphaMode, Attenuation, Opacity, Pbr};
+pub(in crate::scene) use picture_names::PictureNames;
 pub use render::{
     Accuracy, DEFAULT_MAX_DEPTH, Fidelity, Fixed, Precision, Proved, Rays, RenderSettings, Shadows, Statistical, Time,
 };

@@ -1,6 +1,7 @@
 //! Models of other programs in a scene, and what they are once they have been read.
 
 use super::object::{Motion, Object, Transform};
+use super::picture_names::PictureNames;
 use super::{Description, Material};
 use crate::models::Which;
 use crate::scene::named::{self, Named};
@@ -24,8 +25,9 @@ pub struct PlacedModel {
     /// Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub animation: Option<Which>,
-    /// Seconds since the start of the animation, of the first one if none is named.
+    /// Seconds since the start of the animation, at least 0, of the first one if none is named.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub t: Option<f64>,
     /// Which of its variants of materials, by its place from 0 or its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,6 +83,8 @@ pub(in crate::scene) struct ModelBodies {
     pub(in crate::scene) places: HashMap<String, ModelPlace>,
     /// What of the models is approximated or left out.
     pub(in crate::scene) warnings: Vec<Problem>,
+    /// What the models call their pictures.
+    pub(in crate::scene) pictures: PictureNames,
     /// Whether any was a file whose content may change.
     pub(in crate::scene) from_files: bool,
 }

@@ -4,7 +4,9 @@ use super::bodies::shortened;
 use crate::models::gltf::media_type;
 use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
 use crate::scene::check::is_closed;
-use crate::scene::description::{self as d, AlphaMode, Color, Enlarged, Material, Pbr, TexelChannel, Textured, Wraps};
+use crate::scene::description::{
+    self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
+};
 use crate::scene::limits::MAGNITUDE;
 use crate::scene::named::Named;
 use crate::shading::lobes::MIRROR;
@@ -13,14 +15,17 @@ use glam::DVec3;
 use std::collections::HashSet;
 use std::f64::consts::PI;
 
-/// Materials by name, and the name of each of the model's, which begins with a prefix. The last is that of what has none.
+/// Materials by name, and the name of each of the model's, which begins with a prefix. The last is that of what has none. And what
+/// the model calls its pictures.
 pub(super) fn materials(
     model: &mut Model,
     prefix: &str,
     warnings: &mut Vec<Warning>,
-) -> (Named<Material>, Vec<String>) {
+) -> (Named<Material>, Vec<String>, PictureNames) {
     let open = open_volumes(model, warnings);
-    let sources: Vec<String> = std::mem::take(&mut model.pictures).iter().map(source).collect();
+    let pictures = std::mem::take(&mut model.pictures);
+    let sources: Vec<String> = pictures.iter().map(source).collect();
+    let pictures = PictureNames::of(&pictures, &sources);
     let has_default = model.placements.iter().any(|placement| placement.material.is_none());
     let mut named = Named::default();
     let mut names = Vec::new();
@@ -35,7 +40,7 @@ pub(super) fn materials(
         names.push(name);
     }
     note(model, warnings);
-    (named, names)
+    (named, names, pictures)
 }
 
 /// Whether nothing in the model asks for light: then its colours are what the picture is to show.

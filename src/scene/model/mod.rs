@@ -16,8 +16,8 @@ pub(super) use placed::read_models;
 pub use view::View;
 pub use views::Views;
 
-use super::description::Description;
 pub use super::description::UpAxis;
+use super::description::{Description, PictureNames};
 use super::limits::MAGNITUDE;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
@@ -94,6 +94,11 @@ impl ModelOptions {
         around: None,
     };
 
+    /// Whether an animation has such a time.
+    pub fn is_time(t: f64) -> bool {
+        t.is_finite() && t >= 0.0
+    }
+
     fn choice(&self) -> Choice {
         Choice {
             scene: self.scene,
@@ -116,6 +121,8 @@ pub struct Imported {
     pub from_files: bool,
     /// How it is seen again.
     pub views: Views,
+    /// What it calls its pictures.
+    pub(super) pictures: PictureNames,
 }
 
 /// Reads a model, and a body of parts that holds one.
@@ -135,7 +142,7 @@ pub fn import(
 pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Problems> {
     let wrong = |why: String| Problems::one(Problem::new("", Code::InvalidModel, why));
     let all = parts::split(bytes).map_err(wrong)?;
-    let file = parts::model_of(&all).ok_or_else(|| wrong("the body has no parts".into()))?;
+    let file = parts::model_of(&all).map_err(wrong)?;
     let format = super::recognise::model_format(file.bytes, Some(file.name)).ok_or_else(|| {
         wrong(format!(
             "the part {} is no model: name one .gltf, .glb, .obj, .stl or .ply",
@@ -181,7 +188,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     let is_unlit = look::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
     let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));
-    let (materials, names) = look::materials(&mut model, "", &mut of_look);
+    let (materials, names, pictures) = look::materials(&mut model, "", &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions).bounds();
     let size = bounds.map_or(0.0, |(low, high)| (high - low).max_element());
@@ -201,7 +208,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     };
     let seen = views.seen(&objects, &definitions, overrides)?;
     let (description, warnings) = views.described(seen, definitions, objects, materials);
-    Ok(Imported { description, warnings, from_files: model.has_parts, views })
+    Ok(Imported { description, warnings, from_files: model.has_parts, views, pictures })
 }
 
 /// Turns z up into y up; what faces -y then faces the front.

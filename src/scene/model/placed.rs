@@ -5,7 +5,8 @@ use super::{ModelOptions, bodies, look, problems, read_upright};
 use crate::scene::Files;
 use crate::scene::assets;
 use crate::scene::description::{
-    Description, Fidelity, Instance, Material, ModelBodies, ModelPlace, Object, PlacedModel, ReadModels, Transform,
+    Description, Fidelity, Instance, Material, ModelBodies, ModelPlace, Object, PictureNames, PlacedModel, ReadModels,
+    Transform,
 };
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
@@ -31,6 +32,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         places: HashMap::new(),
         warnings: Vec::new(),
         problems: Vec::new(),
+        pictures: PictureNames::default(),
         from_files: false,
     };
     let objects = reader.list(&description.objects, "/objects");
@@ -42,10 +44,11 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     if !reader.problems.is_empty() {
         return Err(Problems(reader.problems));
     }
-    let Reader { definitions: own, materials, places, warnings, from_files, .. } = reader;
+    let Reader { definitions: own, materials, places, warnings, pictures, from_files, .. } = reader;
     definitions.extend(own);
     let (objects, definitions) = (Arc::new(objects), Arc::new(definitions));
-    description.models = ReadModels::new(ModelBodies { objects, definitions, materials, places, warnings, from_files });
+    description.models =
+        ReadModels::new(ModelBodies { objects, definitions, materials, places, warnings, pictures, from_files });
     Ok(())
 }
 
@@ -70,6 +73,7 @@ struct Reader<'a> {
     places: HashMap<String, ModelPlace>,
     warnings: Vec<Problem>,
     problems: Vec<Problem>,
+    pictures: PictureNames,
     from_files: bool,
 }
 
@@ -118,6 +122,10 @@ impl Reader<'_> {
             let detail = format!("a scene has at most {MODELS} models that differ");
             return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
         }
+        if said.t.is_some_and(|t| !ModelOptions::is_time(t)) {
+            let detail = "must be at least 0, where the animation begins";
+            return Err(Problems::one(Problem::new(format!("{pointer}/t"), Code::OutOfRange, detail)));
+        }
         let by_hash = assets::hash_of(&said.asset);
         self.from_files |= by_hash.is_none();
         let bytes = self.files.read(&said.asset).map_err(|why| {
@@ -150,8 +158,9 @@ impl Reader<'_> {
             warnings.extend(look::without_rays(&model));
         }
         let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
-        let (mut materials, names) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
+        let (mut materials, names, pictures) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
+        self.pictures.append(pictures);
         for (of, material) in &said.materials {
             let at = push_token(&format!("{pointer}/materials"), of);
             let mut found = false;

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 /// Bytes of serde's words that are repeated as they are; those about every key there may be have about 500.
 const LONGEST_MESSAGE: usize = 1_024;
+/// Levels that the pointer of what is nested too deeply has.
+const SHOWN_LEVELS: usize = 8;
 
 /// serde's own words for its first error in a text that is JSON.
 pub(super) fn first_problem(text: &[u8], error: &serde_json::Error) -> Problem {
@@ -52,7 +54,13 @@ fn beyond_limits(text: &[u8], error: &serde_json::Error) -> Option<Problem> {
         }
         _ => return None,
     };
-    Some(at_error(text, error, code, &detail))
+    let mut problem = at_error(text, error, code, &detail);
+    if code == Code::Limit {
+        // All the way down would say nothing that line and column do not.
+        let end = problem.pointer.match_indices('/').nth(SHOWN_LEVELS).map_or(problem.pointer.len(), |(end, _)| end);
+        problem.pointer.truncate(end);
+    }
+    Some(problem)
 }
 
 fn explanation(text: &[u8], at: usize, words: &str) -> String {

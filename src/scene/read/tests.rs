@@ -175,7 +175,10 @@ fn broken_documents() {
             "{\"objects\": [",
             "line 1, column 13: /objects: not valid JSON: the text ends too early (EOF while parsing a list) [InvalidJson]",
         ),
-        (&format!("{{\"name\": {deep}"), "more than 127 levels of arrays and objects, the limit json_depth [Limit]"),
+        (
+            &format!("{{\"name\": {deep}"),
+            ": /name/0/0/0/0/0/0/0: more than 127 levels of arrays and objects, the limit json_depth [Limit]",
+        ),
     ] {
         let seen = seen(text.as_bytes());
         assert!(seen.trim_end().ends_with(expected), "{text}: {seen}");

@@ -365,7 +365,7 @@ fn broken_textures_are_named() {
         ),
         (json!({ "image": { "source": "data:image/png;base64,AAAA", "mapping": { "planar": {} } } }), "/image/source"),
         (json!({ "image": { "source": "data:image/png;base64,A*", "mapping": { "planar": {} } } }), "/image/source"),
-        (json!({ "image": { "source": "data:,x", "mapping": { "planar": {} } } }), "/image/source"),
+        (json!({ "image": { "source": "data:x", "mapping": { "planar": {} } } }), "/image/source"),
         (json!({ "image": { "source": "", "mapping": { "planar": {} } } }), "/image/source"),
     ];
     for (diffuse, pointer) in cases {

@@ -47,7 +47,7 @@ fn assets_are_sent_found_and_deleted() {
         service.post_json("/v1/assets/missing", &json!({ "sha256": hashes }).to_string()).json()["missing"].clone()
     };
     let other = "0".repeat(64);
-    assert_eq!(missing(&[&format!("sha256:{own}"), &other]), json!([own, other]));
+    assert_eq!(missing(&[&format!("sha256:{own}"), &other, &own, &other]), json!([own, other]), "each once");
     service.get(&path).problem(404, "not-found");
     service.send("PUT", &format!("/v1/assets/{other}"), &[], &cube).problem(422, "asset-mismatch");
     service.send("PUT", "/v1/assets/abc", &[], &cube).problem(404, "not-found");
@@ -64,11 +64,32 @@ fn assets_are_sent_found_and_deleted() {
     let head = service.send("HEAD", &path, &[], b"");
     assert_eq!((head.status, head.header("content-length")), (200, cube.len().to_string().as_str()));
     assert_eq!(service.get("/v1/me").json()["asset_bytes"], cube.len());
+    let named = format!("/v1/assets/sha256:{own}");
+    assert!(service.get(&named).body == cube, "by the name that scenes have for it");
+    assert_eq!(service.send("PUT", &named, &[], &cube).header("location"), path);
 
     assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
     service.send("DELETE", &path, &[], b"").problem(404, "not-found");
     service.get(&path).problem(404, "not-found");
     service.post_json("/v1/assets/missing", r#"{"sha256": ["abc"]}"#).problem(422, "invalid-request");
+}
+
+/// A scene and a query have the same times.
+#[test]
+fn a_time_before_the_animation_is_refused_everywhere() {
+    let service = Service::start(&[]);
+    let cube = file("AnimatedMorphCube_quantized.glb");
+    put(&service, &cube);
+    let at = |t: f64| {
+        let mut placed = model(&cube);
+        placed["model"]["t"] = json!(t);
+        render(&service, &scene(&json!([placed])))
+    };
+    assert_eq!(at(0.0).status, 200);
+    let problem = at(-0.5).problem(422, "invalid-scene");
+    assert_eq!(problem["errors"][0]["pointer"], "#/objects/0/model/t", "{problem}");
+    let glb = [("Content-Type", "model/gltf-binary")];
+    service.send("POST", "/v1/render?t=-0.5", &glb, &cube).problem(400, "invalid-parameter");
 }
 
 #[test]

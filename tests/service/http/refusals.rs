@@ -3,6 +3,8 @@
 use super::jobs::submit;
 use crate::common::service::{Answer, Service, request};
 use crate::common::{BALL, SLOW};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
@@ -50,6 +52,15 @@ fn every_mistake_has_its_problem() {
             "#/rays/0",
         ),
         ("POST", "/v1/rays", json, "{\"scene\": {}, \"rays\": []}", 422, "invalid-scene", "#/scene"),
+        (
+            "POST",
+            "/v1/rays",
+            json,
+            "{\"scene\": {}, \"rays\": [{\"origin\": [0,0,0], \"direction\": [0,0,1e-320]}]}",
+            422,
+            "invalid-rays",
+            "too short",
+        ),
         ("POST", "/v1/render", "text/x-nff", "what is this", 400, "invalid-nff", ""),
     ];
     for (method, path, content_type, body, status, slug, part) in cases {
@@ -86,6 +97,7 @@ fn hostile_scenes_are_refused_with_the_limits_name() {
     let deep = format!("{}{}", "[".repeat(100_000), "]".repeat(100_000));
     let answer = service.post_json("/v1/render", &deep);
     assert!(matches!(answer.status, 400 | 422) && answer.text().contains("json_depth"), "{}", answer.text());
+    assert!(answer.text().len() < 600, "{}", answer.text());
     let deep_inside = format!("{{\"scene\": {deep}, \"rays\": []}}");
     let answer = service.post_json("/v1/rays", &deep_inside);
     assert!(matches!(answer.status, 400 | 422) && answer.text().contains("json_depth"), "{}", answer.text());
@@ -105,6 +117,63 @@ fn hostile_scenes_are_refused_with_the_limits_name() {
     let rays = vec![r#"{"origin":[0,0,0],"direction":[0,0,1]}"#; 100_001].join(",");
     let many = service.post_json("/v1/rays", &format!("{{\"scene\": {BALL}, \"rays\": [{rays}]}}"));
     assert_eq!(many.problem(413, "too-large")["limit"]["name"], "max_rays");
+}
+
+/// A body may be of several members of gzip, one after the other (RFC 1952, section 2.2). What comes out is limited in all.
+#[test]
+fn all_members_of_a_gzip_body_are_read() {
+    let service = Service::start(&["--max-body-bytes", "100000"]);
+    let gzip = |bytes: &[u8]| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let headers = [("Content-Type", "application/json"), ("Content-Encoding", "gzip")];
+    let send = |body: &[u8]| service.send("POST", "/v1/render", &headers, body);
+    let (first, second) = BALL.as_bytes().split_at(BALL.len() / 2);
+    let both = [gzip(first), gzip(second)].concat();
+    let answer = send(&both);
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    assert!(answer.body == service.post_json("/v1/render", BALL).body);
+    send(&both[..both.len() - 9]).problem(400, "invalid-encoding");
+    send(&[&both[..], b"more"].concat()).problem(400, "invalid-encoding");
+    let large = gzip(&[b' '; 60_000]);
+    assert_eq!(send(&[&large[..], &large].concat()).problem(413, "too-large")["limit"]["name"], "max_body_bytes");
+}
+
+/// Parts of a model that cannot be told apart.
+#[test]
+fn parts_of_the_same_name_and_two_models_are_refused() {
+    let service = Service::start(&[]);
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let send = |names: &[&str]| {
+        let part = |name: &&str| {
+            format!("--X\r\nContent-Disposition: form-data; name=\"f\"; filename=\"{name}\"\r\n\r\n{triangle}\r\n")
+        };
+        let body = names.iter().map(part).collect::<String>() + "--X--\r\n";
+        let headers = [("Content-Type", "multipart/form-data; boundary=X")];
+        service.send("POST", "/v1/render?width=16&height=16", &headers, body.as_bytes())
+    };
+    assert_eq!(send(&["a.obj", "b.txt"]).status, 200);
+    for (names, expected) in [
+        (&["a.obj", "notes.txt", "b.stl"], "\"a.obj\" and \"b.stl\" are both models"),
+        (&["a.obj", "b.txt", "b.txt"], "parts 2 and 3 have the same name, \"b.txt\""),
+    ] {
+        let problem = send(names).problem(422, "invalid-scene");
+        assert!(problem["detail"].as_str().unwrap().contains(expected), "{problem}");
+    }
+}
+
+#[test]
+fn a_material_library_alone_says_what_it_is() {
+    let service = Service::start(&[]);
+    let library = b"# Blender MTL File\nnewmtl red\nKd 1 0 0\n";
+    for headers in [&[][..], &[("Content-Type", "model/obj")], &[("Content-Type", "text/x-nff")]] {
+        let answer = service.send("POST", "/v1/render", headers, library);
+        assert!((400..=422).contains(&answer.status), "{}", answer.text());
+        let said = answer.text();
+        assert!(said.contains("material library of Wavefront OBJ") && said.contains("send its .obj"), "{said}");
+    }
 }
 
 #[test]

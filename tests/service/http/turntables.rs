@@ -2,6 +2,7 @@
 
 use crate::common::BALL;
 use crate::common::service::{Answer, PROGRAM, Service};
+use image::ImageFormat;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
@@ -74,7 +75,148 @@ fn a_model_is_seen_from_all_around() {
 
     of_model(&service, "turntable=4&sheet=1x3", &cube).problem(400, "invalid-parameter");
     of_model(&service, "turntable=1000", &cube).problem(400, "invalid-parameter");
-    of_model(&service, "sheet=2x2", &cube).problem(400, "invalid-parameter");
+    let wrong = |query: &str| of_model(&service, query, &cube).problem(400, "invalid-parameter")["detail"].to_string();
+    let alone = wrong("sheet=2x2");
+    assert!(alone.contains("belongs to a turntable") && !alone.contains("no parameter"), "{alone}");
+    for other in ["bits=16", "quality=50", "layers=normal"] {
+        let said = wrong(&format!("turntable=2&{other}"));
+        assert!(said.contains("a turntable has none") && !said.contains("no parameter"), "{said}");
+    }
+}
+
+/// A triangle with one texture, of an image as glTF describes it; the third view has bytes of a picture.
+fn textured(image: &Value, bytes: &[u8]) -> Vec<u8> {
+    with_material(&json!({}), image, bytes)
+}
+
+/// The same with more in its material.
+fn with_material(extensions: &Value, image: &Value, bytes: &[u8]) -> Vec<u8> {
+    let positions: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    let uvs: Vec<u8> = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 1.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    let mut bin = [&positions[..], &uvs, bytes].concat();
+    bin.resize((bin.len() + 4).next_multiple_of(4), 0);
+    let gltf = json!({
+        "asset": { "version": "2.0" },
+        "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 0 }] }],
+        "materials": [{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }, "extensions": extensions }],
+        "textures": [{ "source": 0 }],
+        "images": [image],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] },
+            { "bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2" },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": 36 },
+            { "buffer": 0, "byteOffset": 36, "byteLength": 24 },
+            { "buffer": 0, "byteOffset": 60, "byteLength": bytes.len().max(1) },
+        ],
+        "buffers": [{ "byteLength": bin.len() }],
+    });
+    let mut text = gltf.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let chunk = |kind: &[u8; 4], bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes()[..], kind, bytes].concat();
+    let chunks = [chunk(b"JSON", &text), chunk(b"BIN\0", &bin)].concat();
+    [&b"glTF\x02\0\0\0"[..], &(chunks.len() as u32 + 12).to_le_bytes(), &chunks].concat()
+}
+
+fn picture_file(format: ImageFormat) -> Vec<u8> {
+    let picture =
+        image::RgbImage::from_fn(96, 96, |x, y| image::Rgb([(x * y) as u8, (x ^ y) as u8, (3 * x + y) as u8]));
+    let mut file = std::io::Cursor::new(Vec::new());
+    image::DynamicImage::from(picture).write_to(&mut file, format).unwrap();
+    file.into_inner()
+}
+
+/// The problem says which of the file's pictures it is, and is none of our scene's.
+#[test]
+fn pictures_that_are_cut_off_are_named_as_the_file_has_them() {
+    let service = Service::start(&[]);
+    let inside = json!({ "bufferView": 2 });
+    for format in [ImageFormat::Jpeg, ImageFormat::Png, ImageFormat::WebP] {
+        let whole = picture_file(format);
+        let good = of_model(&service, "width=16&height=16", &textured(&inside, &whole));
+        assert_eq!(good.status, 200, "{format:?}: {}", good.text());
+        for share in [2, 4] {
+            let half = textured(&inside, &whole[..whole.len() / share]);
+            let problem = of_model(&service, "width=16&height=16", &half).problem(422, "invalid-scene");
+            assert_eq!(problem["errors"].as_array().unwrap().len(), 1, "{format:?}: {problem}");
+            assert_eq!(problem["errors"][0]["pointer"], "#/images/0", "{format:?}: {problem}");
+        }
+    }
+    // Where a scene places the model, the place is there, and the picture in the sentence.
+    let jpeg = picture_file(ImageFormat::Jpeg);
+    let cut = textured(&inside, &jpeg[..jpeg.len() / 2]);
+    let sent = service.send("POST", "/v1/assets", &[], &cut).json();
+    let scene = json!({
+        "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "objects": [{ "model": { "asset": sent["asset"] } }],
+    });
+    let problem = service.post_json("/v1/render", &scene.to_string()).problem(422, "invalid-scene");
+    assert_eq!(problem["errors"][0]["pointer"], "#/objects/0/model", "{problem}");
+    let detail = problem["errors"][0]["detail"].as_str().unwrap();
+    assert!(detail.starts_with("in the model: /images/0: the picture is cut off"), "{detail}");
+}
+
+#[test]
+fn data_uris_have_all_of_their_forms() {
+    let service = Service::start(&[]);
+    let png = picture_file(ImageFormat::Png);
+    let base64 = data_encoding::BASE64.encode(&png);
+    let percent: String = png.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let picture = |uri: String| {
+        let answer = of_model(&service, "width=24&height=24&format=png", &textured(&json!({ "uri": uri }), b""));
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        answer.body
+    };
+    let scene = |uri: &str| {
+        let scene = json!({
+            "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+            "image": { "width": 24, "height": 24 },
+            "ambient": 1,
+            "materials": { "red": { "diffuse": { "image": { "source": uri, "mapping": { "spherical": {} } } } } },
+            "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "red" } }],
+        });
+        let answer = service.post_json("/v1/render?format=png", &scene.to_string());
+        assert_eq!(answer.status, 200, "{}", answer.text());
+        answer.body
+    };
+    let usual = format!("data:image/png;base64,{base64}");
+    let forms = [
+        format!("DATA:image/png;BASE64,{base64}"),
+        format!("data:image/png;charset=utf-8;base64,{}", base64.trim_end_matches('=')),
+        format!("data:image/png,{percent}"),
+    ];
+    let (of_file, of_scene) = (picture(usual.clone()), scene(&usual));
+    for form in forms {
+        assert!(scene(&form) == of_scene, "{}", &form[..40]);
+        assert!(picture(form.clone()) == of_file, "{}", &form[..40]);
+    }
+}
+
+/// Warnings of a turntable, and of jobs of frames, are those of the model that is turned.
+#[test]
+fn pictures_from_all_around_have_the_warnings_of_the_model() {
+    let service = Service::start(&[]);
+    let query = "width=16&height=16";
+    let extensions = json!({ "KHR_materials_anisotropy": {} });
+    let brushed = with_material(&extensions, &json!({ "bufferView": 2 }), &picture_file(ImageFormat::Png));
+    let warned = of_model(&service, query, &brushed);
+    let expected = warned.header("render-warnings");
+    assert!(expected.contains("anisotropy"), "{warned:?}");
+    for more in ["turntable=3", "turntable=3&format=webp", "turntable=4&sheet=2x2"] {
+        let turned = of_model(&service, &format!("{query}&{more}"), &brushed);
+        assert_eq!((turned.status, turned.header("render-warnings")), (200, expected), "{more}");
+    }
+    let headers = [GLB, ("Prefer", "wait=20")];
+    let job = service.send("POST", &format!("/v1/jobs?{query}&turntable=3"), &headers, &brushed).json();
+    for what in ["animation", "sheet", "frames/1"] {
+        let answer = service.get(&format!("/v1/jobs/{}/{what}", job["id"].as_str().unwrap()));
+        assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{what}");
+    }
+    let silent = of_model(&service, "turntable=2&width=16&height=16", &file("BoxVertexColors.glb"));
+    assert_eq!((silent.status, silent.header("render-warnings")), (200, ""));
 }
 
 #[test]

@@ -10,6 +10,9 @@ use strahl::film::PictureFormat;
 use strahl::film::animation::AnimationFormat;
 use strahl::sequence::FRAMES;
 
+/// What is said of the warnings of all frames.
+const WARNINGS: &str = "Warnings about the frames, each once, up to twelve.";
+
 pub(super) fn routes() -> Vec<Route> {
     let about_list = "The finished frames of a sequence: what each cost, and how far it may be from the exact picture.";
     let about_frame = "A frame of a sequence, as soon as it is finished: the picture that its scene gives alone.";
@@ -32,12 +35,14 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Read)
             .path("id", ID)
             .query(format)
-            .answer(200, "The animation", &formats),
+            .answer(200, "The animation", &formats)
+            .answer_header("Render-Warnings", WARNINGS),
         Route::get("/v1/jobs/{id}/sheet", sheet, ["jobSheet", "jobs", about_sheet])
             .needs(Scope::Read)
             .path("id", ID)
             .query(columns)
-            .answer(200, "The contact sheet", &[Content::file("image/png")]),
+            .answer(200, "The contact sheet", &[Content::file("image/png")])
+            .answer_header("Render-Warnings", WARNINGS),
     ]
 }
 

@@ -1687,7 +1687,7 @@ class PlacedModel(TypedDict):
     name: NotRequired[str | None]
     # Which of its scenes, from 0. Default: the one that it names.
     scene: NotRequired[int | None]
-    # Seconds since the start of the animation, of the first one if none is named.
+    # Seconds since the start of the animation, at least 0, of the first one if none is named.
     t: NotRequired[float | None]
     # Where it is put. Default: as it is in its file.
     transform: NotRequired[Transform]
@@ -1935,7 +1935,7 @@ RayKind: TypeAlias = "Literal['camera', 'reflected', 'transmitted'] | Literal['g
 class RayQuery(TypedDict):
     """A ray; `t` counts in units of `direction`, which is taken as given."""
 
-    # Direction, any length but 0.
+    # Direction, any length but 0 and what is next to it: one coordinate is 1e-290 or more.
     direction: list[float]
     # Start.
     origin: list[float]
