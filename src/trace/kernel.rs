@@ -330,13 +330,14 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             if let Some(lobes) = &lobes
                 && self.world.effects.has(Effect::Opacity)
             {
-                // The light of the way is there, whatever is of the surface.
-                own = self.bounded(own);
-                sum.add(s, hits.found, own);
-                if O::WATCHING {
-                    self.observer.contributes(number, own);
+                // The light of the way is there, whatever is of the surface. Other lanes add it with their own light, as they do alone.
+                let apart = lobes.lanes & hits.found;
+                let alone = self.bounded(own);
+                sum.add(s, apart, alone);
+                if O::WATCHING && apart != 0 {
+                    self.observer.contributes(number, alone);
                 }
-                own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+                own = V3::select(L::mask(s, apart), V3::splat(s, [L::Real::from_f64(0.0); 3]), own);
                 let mut opacity = lobes.opacity;
                 if self.world.effects.has(Effect::ShadowCatcher) {
                     opacity = caught(self, rays, hits, opacity, lobes.occlusion);

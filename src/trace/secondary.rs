@@ -101,7 +101,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         zero
     };
     let mut crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear, rough)) } else { None };
-    let sheets = if lobes.is_some() { rough & clear & !hits.closed } else { 0 };
+    let sheets = lobes.map_or(0, |lobes| rough & clear & lobes.lanes & !hits.closed);
     if sheets != 0
         && let Some(crossing) = &mut crossing
     {
