@@ -80,6 +80,8 @@ impl<R: Real> Told<'_, R> {
             BaseColor::Uniform(color) => bright(color),
             BaseColor::Checker { a, b, .. } => bright(a) || bright(b),
         };
+        let takes_part = |m: &Material<R>| shines(&m.diffuse) || m.pbr.as_ref().is_some_and(|pbr| !pbr.unlit);
+        let traced = || traces && self.any(|m, _| takes_part(m));
         Some(match effect {
             Effect::AmbientLight => bright(world.ambient),
             Effect::DiffuseReflection => {
@@ -140,12 +142,10 @@ impl<R: Real> Told<'_, R> {
             }
             Effect::DepthOfField => world.camera.lens().is_some(),
             Effect::ColorBleeding => gathers,
-            Effect::GlobalIllumination => {
-                let takes_part = |m: &Material<R>| shines(&m.diffuse) || m.pbr.as_ref().is_some_and(|pbr| !pbr.unlit);
-                traces && self.any(|m, _| takes_part(m))
-            }
-            Effect::EnvironmentSampling => traces && world.bright_directions.is_some(),
-            Effect::EmitterSampling => traces && world.emitters.is_some(),
+            Effect::GlobalIllumination => traced(),
+            // The kernel looks for light only where it is traced.
+            Effect::EnvironmentSampling => traced() && world.bright_directions.is_some(),
+            Effect::EmitterSampling => traced() && world.emitters.is_some(),
             _ => return None,
         })
     }
