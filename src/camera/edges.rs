@@ -33,7 +33,8 @@ impl<R: Real> PictureEdges<R> {
     pub fn inside<L: Lanes<Real = R>>(&self, s: L::Simd, point: V3<L>) -> L {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let way = point - V3::splat(s, self.eye);
-        let [x, y] = self.sides.map(|side| way.dot(V3::splat(s, side)).abs());
+        let [right, up] = self.sides;
+        let (x, y) = (way.dot(V3::splat(s, right)).abs(), way.dot(V3::splat(s, up)).abs());
         let depth = if self.parallel { one } else { way.dot(V3::splat(s, self.forward)) };
         L::select(depth.gt(zero), one - x.max(y) / depth, -one)
     }

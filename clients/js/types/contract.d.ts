@@ -3210,6 +3210,11 @@ export interface components {
              * @description 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2. Default 0: none.
              */
             dispersion?: number;
+            /**
+             * Format: double
+             * @description With `shadow_catcher`: the border of the picture in which shadows fade, as a share of its width and height, 0 to 0.5, so that none ends as if cut off at an edge. Pinhole and orthographic cameras only. Default 0.
+             */
+            edge_fade?: number;
             /** @description Radiance that the surface emits. It lights no other surface. Default 0. */
             emissive?: components["schemas"]["ColorChannel"];
             /**
@@ -3272,7 +3277,7 @@ export interface components {
             opacity?: components["schemas"]["Opacity"] | null;
             /** @description Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1. */
             roughness?: components["schemas"]["NumberChannel"];
-            /** @description Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide from it. No other key counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false. */
+            /** @description Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide from it. No other key but `edge_fade` counts; the fourth number of a mesh's `colors` is how much of the shadows is seen. Default false. */
             shadow_catcher?: boolean;
             /** @description Strength of a dielectric's reflection, 0 to 1. Default 1. */
             specular?: components["schemas"]["NumberChannel"];

@@ -457,3 +457,30 @@ fn lights_with_a_range_fade_as_gltf_says() {
     scene["lights"] = json!([{ "point": { "position": [0, 0, 1], "falloff": { "windowed": { "range": 0 } } } }]);
     assert_eq!(problems(&scene), ["/lights/0/point/falloff/windowed/range"]);
 }
+
+/// Gathered light takes the place of the ambient light that surfaces scatter. What the wide lobes of metal reflect is not gathered,
+/// so it stays, beside a surface that scatters and alone.
+#[test]
+fn rough_metal_keeps_ambient_light_where_light_is_gathered() {
+    let metal = json!({ "pbr": { "base_color": [0.8, 0.5, 0.2], "metallic": 1, "roughness": 1 } });
+    let scene = |gathers: bool, beside: &Value| {
+        json!({
+            "version": 1, "image": { "width": 2, "height": 1 }, "ambient": 0.5, "lights": [],
+            "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 1 } },
+            "materials": { "metal": metal, "beside": beside },
+            "objects": [
+                { "disc": { "center": [-0.5, 0, 0], "normal": [0, 0, 1], "radius": 0.4, "material": "metal" } },
+                { "disc": { "center": [0.5, 0, 0], "normal": [0, 0, 1], "radius": 0.4, "material": "beside" } }
+            ],
+            "render": { "antialias": false, "color_bleeding": gathers, "samples": 4 }
+        })
+    };
+    for (beside, precision) in
+        [&metal, &json!({ "diffuse": 0.5 })].iter().flat_map(|b| ["single", "double"].map(|p| (*b, p)))
+    {
+        let [ambient, gathered] = [false, true].map(|gathers| pixels(scene(gathers, beside), precision)[0]);
+        assert!(ambient[0] > 0.3 && ambient[0] > ambient[1] && ambient[1] > ambient[2], "{precision}: {ambient:?}");
+        let same = ambient.iter().zip(gathered).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(same, "{precision}, beside {beside}: {ambient:?} {gathered:?}");
+    }
+}

@@ -90,3 +90,52 @@ fn shadows_fade_at_the_edges_of_the_whole_picture() {
     wide["materials"]["floor"]["pbr"]["edge_fade"] = json!(0.6);
     assert_eq!(problems(&wide), ["/materials/floor/pbr/edge_fade"]);
 }
+
+/// In faithful scenes, where light from around is traced and not ambient, shadows are still a share of all light.
+#[test]
+fn light_from_around_brightens_shadows_of_faithful_scenes_too() {
+    // Light from above, and a floor that lies in the shadow of a ceiling behind the camera.
+    let scene = |fidelity: &str| {
+        json!({
+            "version": 1, "image": { "width": 3, "height": 1 }, "background": 0.6, "ambient": 0.6,
+            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
+            "film": { "background": "transparent" },
+            "lights": [{ "directional": { "direction": [0, -1, 0], "intensity": 0.2 } }],
+            "materials": { "floor": { "pbr": { "shadow_catcher": true } } },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-9, 50, -9], "max": [9, 51, 9] } }
+            ],
+            "render": { "fidelity": fidelity, "antialias": false }
+        })
+    };
+    for (fidelity, precision) in ["fast", "faithful"].iter().flat_map(|f| ["single", "double"].map(|p| (*f, p))) {
+        let alpha = picture(&super::scene(scene(fidelity), precision)).film.alpha;
+        let right = alpha.iter().all(|alpha| (f64::from(*alpha) - 0.2 / 0.8).abs() < 1e-6);
+        assert!(right, "{fidelity} {precision}: {alpha:?}");
+    }
+}
+
+/// The borders are those of the size that is rendered, also if a view is built for another one.
+#[test]
+fn shadows_fade_in_another_size_as_in_a_scene_of_that_size() {
+    let scene = |width: u32| {
+        json!({
+            "version": 1, "image": { "width": width, "height": 10 }, "ambient": 0,
+            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
+            "film": { "background": "transparent" },
+            "lights": [{ "directional": { "direction": [0, -1, 0] } }],
+            "materials": { "floor": { "pbr": { "shadow_catcher": true, "edge_fade": 0.2 } } },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-99, 50, -99], "max": [99, 51, 99] } }
+            ],
+            "render": { "antialias": false }
+        })
+    };
+    let camera = serde_json::from_value(scene(20)["camera"].clone()).unwrap();
+    let mut resized = super::scene(scene(20), "double");
+    resized.set_size(&camera, 30, 10);
+    let [resized, expected] = [resized, super::scene(scene(30), "double")].map(|scene| picture(&scene).film.alpha);
+    assert_eq!(resized, expected);
+}

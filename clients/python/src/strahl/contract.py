@@ -1544,6 +1544,9 @@ class Pbr(TypedDict):
     # 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2.
     # Default 0: none.
     dispersion: NotRequired[float]
+    # With `shadow_catcher`: the border of the picture in which shadows fade, as a share of its width and height, 0
+    # to 0.5, so that none ends as if cut off at an edge. Pinhole and orthographic cameras only. Default 0.
+    edge_fade: NotRequired[float]
     # Radiance that the surface emits. It lights no other surface. Default 0.
     emissive: NotRequired[ColorChannel]
     # Index of refraction, 1 to 100. Default 1.5.
@@ -1560,8 +1563,8 @@ class Pbr(TypedDict):
     # Roughness, 0 to 1: the square root of the width alpha of the GGX distribution of facets. Default 1.
     roughness: NotRequired[NumberChannel]
     # Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light
-    # that bodies hide from it. No other key counts; the fourth number of a mesh's `colors` is how much of the
-    # shadows is seen. Default false.
+    # that bodies hide from it. No other key but `edge_fade` counts; the fourth number of a mesh's `colors` is how
+    # much of the shadows is seen. Default false.
     shadow_catcher: NotRequired[bool]
     # Strength of a dielectric's reflection, 0 to 1. Default 1.
     specular: NotRequired[NumberChannel]
