@@ -479,7 +479,7 @@ fn rough_metal_keeps_ambient_light_where_light_is_gathered() {
         [&metal, &json!({ "diffuse": 0.5 })].iter().flat_map(|b| ["single", "double"].map(|p| (*b, p)))
     {
         let [ambient, gathered] = [false, true].map(|gathers| pixels(scene(gathers, beside), precision)[0]);
-        assert!(ambient[0] > 0.3 && ambient[0] > ambient[1] && ambient[1] > ambient[2], "{precision}: {ambient:?}");
+        assert!(ambient[0] > 0.2 && ambient[0] > ambient[1] && ambient[1] > ambient[2], "{precision}: {ambient:?}");
         let same = ambient.iter().zip(gathered).all(|(a, b)| (a - b).abs() < 1e-6);
         assert!(same, "{precision}, beside {beside}: {ambient:?} {gathered:?}");
     }
