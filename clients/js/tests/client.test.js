@@ -108,7 +108,7 @@ test("mistakes have pointers, lines and columns, and names cannot control a term
 });
 
 test("a job from its submission to its picture", async () => {
-  const job = await client.jobs.submit(busyScene("job"), { width: 256, height: 192, samples: 8, labels: ["mine"], priority: 70, format: "pfm" });
+  const job = await client.jobs.submit(busyScene("job"), { width: 256, height: 192, samples: 64, labels: ["mine"], priority: 70, format: "pfm" });
   assert.equal((await job.prioritize(71)).view.priority, 71);
   const seen = [];
   for await (const progress of job.progress()) seen.push(progress);

@@ -19,7 +19,7 @@ test("a stream that is cut goes on without gaps, and so does a picture", async (
   const service = await start(), proxy = await between(service.port);
   about.after(() => { proxy.close(); return service.stop(); });
   const client = new Client(proxy.url);
-  const job = await client.jobs.submit(busyScene("cut"), { width: 320, height: 240, samples: 8 });
+  const job = await client.jobs.submit(busyScene("cut"), { width: 320, height: 240, samples: 96 });
   Object.assign(proxy, { cutAfter: 1_200, cuts: 3 });
   const numbers = [];
   let last;
@@ -45,7 +45,7 @@ test("a job outlives the service", async (about) => {
   const data = path.join(temporary(about), "data");
   let service = await start("--data", data);
   const client = new Client(service.url, { retries: 8 });
-  const job = await client.jobs.submit(busyScene("killed"), { width: 320, height: 240, samples: 12 });
+  const job = await client.jobs.submit(busyScene("killed"), { width: 320, height: 240, samples: 64 });
   const seen = [];
   const following = (async () => { for await (const progress of job.progress()) seen.push(progress); })();
   while ((await job.refresh()).view.progress.tiles_done < 2) await new Promise((done) => setTimeout(done, 50));

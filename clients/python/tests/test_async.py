@@ -13,7 +13,7 @@ def test_pictures_beside_each_other_and_a_job(service):
     async def work():
         async with AsyncClient(service.url) as client:
             depths = await asyncio.gather(*(client.render(SCENE, max_depth=depth) for depth in (1, 2, 3)))
-            job = await client.jobs.submit(busy_scene("async"), width=200, height=150, samples=4, labels=["async"])
+            job = await client.jobs.submit(busy_scene("async"), width=200, height=150, samples=64, labels=["async"])
             names = [event.name async for event in job.events()]
             picture = await job.wait(timeout=30)
             listed = [one.id async for one in client.jobs.list(label="async")]

@@ -163,7 +163,7 @@ def test_hostile_names_do_not_reach_the_terminal(client):
 
 
 def test_a_job_from_its_submission_to_its_picture(client, tmp_path):
-    job = client.jobs.submit(busy_scene("job"), width=256, height=192, samples=8, labels=["mine"], priority=70)
+    job = client.jobs.submit(busy_scene("job"), width=256, height=192, samples=64, labels=["mine"], priority=70)
     assert job.view["priority"] == 70 and job.prioritize(71).view["priority"] == 71
     seen = list(job.progress())
     assert [one.fraction for one in seen] == sorted(one.fraction for one in seen) and seen[-1].fraction == 1

@@ -19,7 +19,7 @@ from strahl.parts import Parts
 
 def test_a_stream_that_is_cut_goes_on_without_gaps(between):
     client = Client(between.url)
-    job = client.jobs.submit(busy_scene("cut"), width=640, height=480, samples=8)
+    job = client.jobs.submit(busy_scene("cut"), width=320, height=240, samples=96)
     between.cut_after, between.cuts = 1_200, 3
     events = list(job.events())
     assert between.cuts == 0, "nothing was cut"
@@ -56,7 +56,7 @@ def test_a_picture_that_is_cut_is_asked_for_again(between, tmp_path):
 def test_a_job_outlives_the_service(tmp_path):
     service = Service("--data", tmp_path / "data")
     client = Client(service.url, retries=8)
-    job = client.jobs.submit(busy_scene("killed"), width=320, height=240, samples=12)
+    job = client.jobs.submit(busy_scene("killed"), width=320, height=240, samples=64)
     seen = []
     following = threading.Thread(target=lambda: seen.extend(job.progress()))
     following.start()
