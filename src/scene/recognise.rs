@@ -51,6 +51,8 @@ const OTHERS: [(&[u8], &str); 12] = [
 /// What OBJ files name beside them.
 const MATERIALS: &str = "a material library of Wavefront OBJ (.mtl)";
 
+const YAML: &str = "YAML";
+
 /// First words of NFF files.
 const NFF: [&[u8]; 8] = [b"v", b"b", b"l", b"f", b"c", b"s", b"p", b"pp"];
 
@@ -134,6 +136,12 @@ fn by_first_statement(text: &[u8]) -> Recognised {
         Some(b"v") if words.clone().take(3).filter(|word| is_number(word)).count() == 3 => Recognised::Obj,
         Some(b"vn" | b"vt" | b"vp" | b"mtllib" | b"usemtl" | b"o" | b"g") => Recognised::Obj,
         Some(b"newmtl") => Recognised::Other(MATERIALS),
+        Some(b"---") => Recognised::Other(YAML),
+        Some([name @ .., b':'])
+            if !name.is_empty() && name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_') =>
+        {
+            Recognised::Other(YAML)
+        }
         Some(word) if NFF.contains(&word) => Recognised::Nff,
         _ => Recognised::Unknown,
     }
@@ -187,6 +195,7 @@ impl Recognised {
             (Self::Other(MATERIALS), _) => {
                 "without a shape in it: send its .obj, and both as parts of one multipart/form-data body"
             }
+            (Self::Other(YAML), _) => "which strahl does not read: write the same as JSON",
             (Self::Json, _) => "not a model: read it as json (--input json; Content-Type: application/json)",
             (Self::Nff, _) => "not a model: read it as nff (--input nff; Content-Type: text/x-nff)",
             (Self::Glb | Self::Gltf, _) => {
@@ -224,6 +233,8 @@ mod tests {
             (b"v 1.0 -2e-3 3 1\nf 1 1 1", Recognised::Obj),
             (b"\x89PNG\r\n\x1a\n", Recognised::Other("a PNG picture")),
             (b"# Blender\nnewmtl red\nKd 1 0 0\n", Recognised::Other(MATERIALS)),
+            (b"# a scene\nversion: 1\n", Recognised::Other(YAML)),
+            (b"---\nversion: 1\n", Recognised::Other(YAML)),
             (b"solid cube\nfacet normal 0 0 1", Recognised::Stl),
             (b"ply\nformat ascii 1.0", Recognised::Ply),
             (b"--x\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n", Recognised::Parts),

@@ -1,6 +1,6 @@
 //! The `Prefer` header (RFC 7240): `respond-async` and `wait=N`.
 
-use axum::http::{HeaderMap, HeaderName};
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use std::time::Duration;
 
 /// The header's name.
@@ -35,12 +35,16 @@ impl Prefer {
         prefer
     }
 
-    /// The header that tells which preferences were applied.
-    pub(crate) fn applied(self) -> [(HeaderName, String); 1] {
+    /// Adds the header that tells which preferences were applied, if any was.
+    pub(crate) fn add_applied(self, headers: &mut HeaderMap) {
         let wait = self.wait.map(|wait| format!("wait={}", wait.as_secs()));
         let respond_async = self.respond_async.then(|| "respond-async".to_owned());
         let applied: Vec<_> = respond_async.into_iter().chain(wait).collect();
-        [(HeaderName::from_static("preference-applied"), applied.join(", "))]
+        if let Ok(value) = HeaderValue::from_str(&applied.join(", "))
+            && !applied.is_empty()
+        {
+            headers.insert(HeaderName::from_static("preference-applied"), value);
+        }
     }
 }
 

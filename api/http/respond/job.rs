@@ -342,10 +342,7 @@ pub(crate) async fn accepted(app: &App, job: &Arc<Job>, again: bool, prefer: Pre
     if again {
         headers.insert(HeaderName::from_static("idempotency-replayed"), HeaderValue::from_static("true"));
     }
-    let [(name, applied)] = prefer.applied();
-    if !applied.is_empty() {
-        put(headers, name, &applied);
-    }
+    prefer.add_applied(headers);
     response
 }
 

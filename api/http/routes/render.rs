@@ -7,8 +7,9 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
-use crate::http::respond::job::{Claimed, accepted, claim, picture_of, until_final, wishes_of};
+use crate::http::respond::job::{Claimed, JobView, accepted, claim, picture_of, until_final, wishes_of};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
+use crate::http::respond::put;
 use crate::http::respond::streamed::{WAITING, streamed};
 use crate::http::respond::turntable;
 use crate::service::jobs::record::State as JobState;
@@ -31,10 +32,13 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post("/v1/render", whole, ["render", "render", about_whole])
             .about_scene()
             .or_else(other_methods)
+            .header("Prefer", "`respond-async` makes a job of it; `wait=20` waits up to 20 seconds for its picture.")
             .query(Query::output)
             .query(Query::layers)
             .query(turntable::parameters)
-            .picture(),
+            .picture()
+            .answer(202, "The job, if `Prefer` asks for one and it has not ended", &[Content::json::<JobView>()])
+            .answer_header("Location", "The job's path."),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
             .query(Query::region)
             .about_scene()
@@ -182,9 +186,9 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
             layers,
             "jobs have none: ask without Prefer, for parts of a large picture at /v1/render/tile",
         );
-        query.picture_format(output, headers)
+        Ok((query.picture_format(output, headers)?, output.format.is_none()))
     };
-    let SceneRequest { form, overrides, extra: output, tenant, method, body, .. } =
+    let SceneRequest { form, overrides, extra: (output, negotiated), tenant, method, body, .. } =
         scene_request::read(&app, request, extra).await?;
     // The query is part of the request that an idempotency key stands for.
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
@@ -201,7 +205,12 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     };
     until_final(&app, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
     if job.record().state == JobState::Succeeded {
-        return picture_of(&app, &tenant, &method, &headers, &job).await;
+        let mut response = picture_of(&app, &tenant, &method, &headers, &job).await?;
+        Prefer { respond_async: false, ..prefer }.add_applied(response.headers_mut());
+        if negotiated {
+            put(response.headers_mut(), header::VARY, "Accept");
+        }
+        return Ok(response);
     }
     Ok(accepted(&app, &job, false, prefer).await)
 }

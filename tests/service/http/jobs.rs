@@ -169,7 +169,9 @@ fn lists_have_pages_and_filters() {
     assert!(second.header("link").is_empty() && second.json()["next"].is_null());
     assert_eq!(names(&service.get("/v1/jobs?label=n2").json()), [ids[2].clone()]);
     assert!(names(&service.get("/v1/jobs?state=failed").json()).is_empty());
-    service.get("/v1/jobs?state=done").problem(400, "invalid-parameter");
+    for wrong in ["/v1/jobs?state=done", "/v1/jobs?cursor=abc", "/v1/events?job=x&since=abc"] {
+        service.get(wrong).problem(400, "invalid-parameter");
+    }
 }
 
 #[test]
@@ -203,6 +205,7 @@ fn renders_become_jobs_when_the_client_prefers_it() {
     assert_eq!(picture.dimensions(), (40, 30));
     let in_time = with(&service, "POST", "/v1/render?width=50&height=30", &[("Prefer", "wait=20")], BALL);
     assert_eq!(in_time.picture().dimensions(), (50, 30));
+    assert_eq!((in_time.header("preference-applied"), in_time.header("vary")), ("wait=20", "Accept"));
     let too_late =
         with(&service, "POST", "/v1/render?width=1024&height=1024", &[("Prefer", "respond-async, wait=1")], SLOW);
     assert_eq!((too_late.status, too_late.header("preference-applied")), (202, "respond-async, wait=1"));

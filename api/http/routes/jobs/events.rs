@@ -58,7 +58,11 @@ pub(super) fn routes() -> Vec<Route> {
 }
 
 fn since(query: &mut Query) -> Option<String> {
-    query.text("since", "Likewise, for clients that cannot send headers.")
+    let since = query.text("since", "Likewise, for clients that cannot send headers.")?;
+    if !since.split(',').all(|number| number.is_empty() || number.parse::<u64>().is_ok()) {
+        query.wrong("since", "out-of-range", format!("expected the id of an event, got \"{since}\""));
+    }
+    Some(since)
 }
 
 /// What a stream is of.

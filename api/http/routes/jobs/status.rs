@@ -8,6 +8,7 @@ use crate::http::respond::job::{JobView, shown, until_final};
 use crate::http::respond::put;
 use crate::service::jobs::record::{Record, State as JobState};
 use axum::Extension;
+use uuid::Uuid;
 
 /// Default and most jobs of a page.
 const PAGE: [u32; 2] = [50, 200];
@@ -40,8 +41,9 @@ async fn job(State(app): State<App>, NamedJob { job, .. }: NamedJob, headers: He
     if let Some(wait) = prefer.wait {
         until_final(&app, &job, wait).await;
     }
-    let view = shown(&app, &job).await;
-    Ok(if prefer.wait.is_some() { (prefer.applied(), view).into_response() } else { view.into_response() })
+    let mut response = shown(&app, &job).await.into_response();
+    prefer.add_applied(response.headers_mut());
+    Ok(response)
 }
 
 /// Filters of the list.
@@ -57,8 +59,17 @@ fn filters(query: &mut Query) -> Filters {
         state: query.word("state", "Only those in this state."),
         label: query.text("label", "Only those with this label."),
         limit: query.count("limit", "How many at most, 50 by default.", PAGE[1]).unwrap_or(PAGE[0]) as usize,
-        cursor: query.text("cursor", "Where the page before ended: its `next`."),
+        cursor: cursor(query),
     }
+}
+
+/// The id of the last job of the page before.
+fn cursor(query: &mut Query) -> Option<String> {
+    let cursor = query.text("cursor", "Where the page before ended: its `next`.")?;
+    if Uuid::try_parse(&cursor).is_err() {
+        query.wrong("cursor", "out-of-range", format!("expected `next` of the page before, got \"{cursor}\""));
+    }
+    Some(cursor)
 }
 
 async fn jobs(

@@ -8,6 +8,7 @@ use crate::http::prelude::*;
 use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final, wishes_of};
 use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
+use crate::service::error::Error;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::cache::Form;
 use crate::service::scheduler::task::{Class, PRIORITY};
@@ -133,7 +134,8 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         None => wanted(&app, &tenant, text.as_ref())?,
     };
     drop(text);
-    let job = app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?;
+    let task = tenant.task(Class::Renders);
+    let job = app.service.submit(task, tenant.quotas.jobs, wanted, claim).await.map_err(refused)?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
     if let Some(wait) = prefer.wait {
         until_final(&app, &job, wait).await;
@@ -173,6 +175,18 @@ fn file_parameters(query: &mut Query) -> (Option<u32>, Option<u32>) {
             100,
         ),
     )
+}
+
+/// Why a job was not taken. What helps against a render's deadline does not help where a scene was not built in time.
+fn refused(error: Error) -> Problem {
+    match error {
+        Error::Deadline(detail) => {
+            let ways = "nothing was submitted; send the job again when less is rendered, or a scene with less in it";
+            Problem::new(Kind::Saturated, format!("{detail}, before the scene was built and priced: {ways}"))
+                .retry_after(30)
+        }
+        error => error.into(),
+    }
 }
 
 /// The body of a job, or a file whose settings are in the query.
