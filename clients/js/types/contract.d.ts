@@ -7024,7 +7024,10 @@ export interface operations {
                 /** @description A contact sheet of a turntable instead, as COLUMNSxROWS. */
                 sheet?: string;
             };
-            header?: never;
+            header?: {
+                /** @description `respond-async` makes a job of it; `wait=20` waits up to 20 seconds for its picture. */
+                Prefer?: string | null;
+            };
             path?: never;
             cookie?: never;
         };
@@ -7045,6 +7048,17 @@ export interface operations {
         };
         responses: {
             200: components["responses"]["Picture"];
+            /** @description The job, if `Prefer` asks for one and it has not ended */
+            202: {
+                headers: {
+                    /** @description The job's path. */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobView"];
+                };
+            };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
         };
