@@ -54,9 +54,7 @@ mod tests {
 
     #[test]
     fn preferences_are_read_and_others_ignored() {
-        let of = |value: &'static str| {
-            Prefer::of(&HeaderMap::from_iter([(PREFER, axum::http::HeaderValue::from_static(value))]))
-        };
+        let of = |value: &'static str| Prefer::of(&HeaderMap::from_iter([(PREFER, HeaderValue::from_static(value))]));
         let seconds = |n| Some(Duration::from_secs(n));
         assert_eq!(of("respond-async, wait=10"), Prefer { respond_async: true, wait: seconds(10) });
         assert_eq!(of("Wait=5; Respond-Async"), Prefer { respond_async: true, wait: seconds(5) });
