@@ -48,29 +48,30 @@ fn a_shadow_catcher_shows_shadows_alone() {
     assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
 }
 
+/// A floor of which all lies in the shadow of a ceiling behind the camera.
+fn below_a_ceiling(camera: &Value, width: u32) -> Value {
+    json!({
+        "version": 1, "image": { "width": width, "height": 10 }, "camera": camera,
+        "ambient": 0, "film": { "background": "transparent" },
+        "lights": [{ "directional": { "direction": [0, -1, 0] } }],
+        "materials": { "floor": { "pbr": { "shadow_catcher": true, "edge_fade": 0.2 } } },
+        "objects": [
+            { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+            { "box": { "min": [-99, 50, -99], "max": [99, 51, 99] } }
+        ],
+        "render": { "antialias": false }
+    })
+}
+
 /// Shadows fade in the border of the picture, by the same share in each window of it, whatever the camera.
 #[test]
 fn shadows_fade_at_the_edges_of_the_whole_picture() {
-    let lit_from_above = |camera: Value| {
-        json!({
-            "version": 1, "image": { "width": 20, "height": 10 }, "camera": camera,
-            "ambient": 0, "film": { "background": "transparent" },
-            "lights": [{ "directional": { "direction": [0, -1, 0] } }],
-            "materials": { "floor": { "pbr": { "shadow_catcher": true, "edge_fade": 0.2 } } },
-            // All of the floor lies in the shadow of a ceiling behind the camera.
-            "objects": [
-                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
-                { "box": { "min": [-99, 50, -99], "max": [99, 51, 99] } }
-            ],
-            "render": { "antialias": false }
-        })
-    };
     let cameras = [
         json!({ "pinhole": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "vfov_deg": 90 } }),
         json!({ "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } }),
     ];
     for (camera, precision) in cameras.iter().flat_map(|camera| ["single", "double"].map(|p| (camera, p))) {
-        let built = scene(lit_from_above(camera.clone()), precision);
+        let built = scene(below_a_ceiling(camera, 20), precision);
         let alpha = picture(&built).film.alpha;
         for (at, alpha) in alpha.iter().enumerate() {
             let [x, y] = [at % 20, at / 20].map(|i| i as f64 + 0.5);
@@ -86,7 +87,7 @@ fn shadows_fade_at_the_edges_of_the_whole_picture() {
         let cut: Vec<f32> = (0..5).flat_map(|y| alpha[20 * y + 10..20 * y + 20].to_vec()).collect();
         assert_eq!(quarter, cut, "{camera} {precision}");
     }
-    let mut wide = lit_from_above(cameras[0].clone());
+    let mut wide = below_a_ceiling(&cameras[0], 20);
     wide["materials"]["floor"]["pbr"]["edge_fade"] = json!(0.6);
     assert_eq!(problems(&wide), ["/materials/floor/pbr/edge_fade"]);
 }
@@ -119,23 +120,9 @@ fn light_from_around_brightens_shadows_of_faithful_scenes_too() {
 /// The borders are those of the size that is rendered, also if a view is built for another one.
 #[test]
 fn shadows_fade_in_another_size_as_in_a_scene_of_that_size() {
-    let scene = |width: u32| {
-        json!({
-            "version": 1, "image": { "width": width, "height": 10 }, "ambient": 0,
-            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
-            "film": { "background": "transparent" },
-            "lights": [{ "directional": { "direction": [0, -1, 0] } }],
-            "materials": { "floor": { "pbr": { "shadow_catcher": true, "edge_fade": 0.2 } } },
-            "objects": [
-                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
-                { "box": { "min": [-99, 50, -99], "max": [99, 51, 99] } }
-            ],
-            "render": { "antialias": false }
-        })
-    };
-    let camera = serde_json::from_value(scene(20)["camera"].clone()).unwrap();
-    let mut resized = super::scene(scene(20), "double");
-    resized.set_size(&camera, 30, 10);
-    let [resized, expected] = [resized, super::scene(scene(30), "double")].map(|scene| picture(&scene).film.alpha);
+    let camera = json!({ "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } });
+    let [mut resized, expected] = [20, 30].map(|width| scene(below_a_ceiling(&camera, width), "double"));
+    resized.set_size(&serde_json::from_value(camera).unwrap(), 30, 10);
+    let [resized, expected] = [resized, expected].map(|scene| picture(&scene).film.alpha);
     assert_eq!(resized, expected);
 }
