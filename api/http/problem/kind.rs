@@ -32,7 +32,7 @@ kinds! {
         "`errors` says which line is wrong. A scene in JSON needs Content-Type: application/json.";
     InvalidRequest = "invalid-request", UNPROCESSABLE_ENTITY, "The request's JSON is not what is expected",
         "`detail` says what is wrong. What each request takes is described at /openapi.json.";
-    InvalidParameter = "invalid-parameter", BAD_REQUEST, "A query parameter is wrong",
+    InvalidParameter = "invalid-parameter", BAD_REQUEST, "A parameter is wrong",
         "`errors` lists every parameter that is unknown, missing or out of range.";
     InvalidScene = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
         "`errors` lists every problem with its JSON pointer, line and column. The format is described at \
@@ -98,8 +98,8 @@ kinds! {
     Draining = "draining", SERVICE_UNAVAILABLE, "The service is about to stop",
         "Try again after the seconds in the Retry-After header, or at another instance.";
     RenderDeadline = "render-deadline", GATEWAY_TIMEOUT, "The render took too long",
-        "Send Prefer: respond-async (then it is a job without this limit), ask for accuracy=time:MS (the best picture in MS \
-         milliseconds), for tiles, a smaller picture, or fewer samples.";
+        "Ask for fewer pixels, tiles, fewer samples, or accuracy=time:MS (the best picture in MS milliseconds). A picture may \
+         also be a job, which has no such limit (Prefer: respond-async).";
     Abandoned = "abandoned", INTERNAL_SERVER_ERROR, "The service ended several times while it rendered this",
         "The job may take more memory than there is. Make the picture or the scene smaller; the service's log has more.";
     Internal = "internal", INTERNAL_SERVER_ERROR, "Internal error",

@@ -9,6 +9,7 @@ mod multipart;
 pub(crate) mod picture;
 pub(crate) mod sequence;
 pub(crate) mod streamed;
+pub(crate) mod submission;
 pub(crate) mod turntable;
 
 use super::problem::{Kind, Problem};

@@ -1,8 +1,9 @@
 //! `POST /v1/render?turntable=36`: pictures from all around in one answer, as an animation or a contact sheet. It is a job of frames
 //! that is waited for, so what takes longer goes on as one.
 
-use super::job::{Claimed, accepted, claim, until_final, wishes_of};
+use super::job::until_final;
 use super::sequence;
+use super::submission::{Claimed, accepted, claim, submitted, wishes_of};
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -12,7 +13,7 @@ use crate::service::assets::sha256;
 use crate::service::jobs::record::State;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::cache::Form;
-use crate::service::scheduler::task::{Class, PRIORITY};
+use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
 use axum::response::Response;
@@ -107,7 +108,7 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
                 wishes: wishes_of(&app, &tenant, None, None)?,
             };
             drop(body);
-            app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
+            submitted(&app, &tenant, wanted, claim).await?
         }
     };
     until_final(&app, &job, app.service.settings.answers.timeout).await;

@@ -7,10 +7,11 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
-use crate::http::respond::job::{Claimed, JobView, accepted, claim, picture_of, until_final, wishes_of};
+use crate::http::respond::job::{JobView, picture_of, until_final};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
 use crate::http::respond::put;
 use crate::http::respond::streamed::{WAITING, streamed};
+use crate::http::respond::submission::{Claimed, accepted, claim, submitted, wishes_of};
 use crate::http::respond::turntable;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
@@ -36,7 +37,7 @@ pub(super) fn routes() -> Vec<Route> {
             .query(Query::output)
             .query(Query::layers)
             .query(turntable::parameters)
-            .picture()
+            .picture_or_parts()
             .answer(202, "The job, if `Prefer` asks for one and it has not ended", &[Content::json::<JobView>()])
             .answer_header("Location", "The job's path."),
         Route::post("/v1/render/tile", tile, ["renderTile", "render", about])
@@ -200,7 +201,7 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
             drop((body, whole));
             let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
             let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };
-            app.service.submit(tenant.task(Class::Renders), tenant.quotas.jobs, wanted, claim).await?
+            submitted(&app, &tenant, wanted, claim).await?
         }
     };
     until_final(&app, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;

@@ -3,7 +3,7 @@
 use super::Jobs;
 use super::finish::JobFiles;
 use super::job::{Job, locked};
-use super::record::{Record, sha256};
+use super::record::{Record, is_job_id, sha256};
 use super::registry::Registry;
 use super::upgrade;
 use crate::service::assets;
@@ -17,7 +17,6 @@ use crate::service::storage::folder::FolderKind;
 use crate::service::storage::shared_blobs::SharedBlobs;
 use std::io;
 use std::path::{Path, PathBuf};
-use uuid::Uuid;
 
 /// What the name of a small picture ends with, after that of the picture.
 const PREVIEW: &str = ".preview";
@@ -256,7 +255,7 @@ pub(crate) const DATA: FolderKind = FolderKind {
         ["scenes", name] => is_hash(name) || disk::is_unfinished(name),
         ["pictures", name] => is_picture(name) || disk::is_unfinished(name),
         ["tiles", name] => is_work(name),
-        _ => upgrade::is_ours(path, is_job),
+        _ => upgrade::is_ours(path),
     },
 };
 
@@ -265,15 +264,10 @@ fn is_hash(name: &str) -> bool {
     name.len() == 64 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// Whether it is an id of a job.
-fn is_job(name: &str) -> bool {
-    Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
-}
-
 /// Whether it is the name of a job or of a frame.
 fn is_work(name: &str) -> bool {
     let is_number = |text: &str| text.parse().is_ok_and(|number: u32| number.to_string() == text);
-    is_job(job_of(name)) && name.split_once(FRAME).is_none_or(|(_, number)| is_number(number))
+    is_job_id(job_of(name)) && name.split_once(FRAME).is_none_or(|(_, number)| is_number(number))
 }
 
 fn is_picture(name: &str) -> bool {

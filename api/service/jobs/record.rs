@@ -255,6 +255,11 @@ impl Idempotency {
     }
 }
 
+/// Whether it can be the id of a job.
+pub(crate) fn is_job_id(name: &str) -> bool {
+    Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
+}
+
 /// SHA-256 in hexadecimal digits.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     HEXLOWER.encode(&Sha256::digest(bytes))

@@ -2,7 +2,7 @@
 //! Their tiles are rendered again.
 
 use super::files::Files;
-use super::record::{Record, State};
+use super::record::{Record, State, is_job_id};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::storage::disk;
 use std::fs;
@@ -46,11 +46,11 @@ fn picture(bytes: Vec<u8>) -> Option<PictureFile> {
 }
 
 /// Whether the path is one of theirs.
-pub(super) fn is_ours(path: &[&str], is_job: fn(&str) -> bool) -> bool {
+pub(super) fn is_ours(path: &[&str]) -> bool {
     match path {
         [JOBS] => true,
-        [JOBS, job] => is_job(job),
-        [JOBS, job, "tiles" | "picture" | "picture~" | "preview" | "preview~"] => is_job(job),
+        [JOBS, job] => is_job_id(job),
+        [JOBS, job, "tiles" | "picture" | "picture~" | "preview" | "preview~"] => is_job_id(job),
         _ => false,
     }
 }

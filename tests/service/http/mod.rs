@@ -5,6 +5,7 @@ mod answer_sizes;
 mod assets;
 mod compare;
 mod contract;
+mod deadlines;
 mod deliveries;
 mod embed;
 mod fairness;

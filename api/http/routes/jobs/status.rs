@@ -6,9 +6,8 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::job::{JobView, shown, until_final};
 use crate::http::respond::put;
-use crate::service::jobs::record::{Record, State as JobState};
+use crate::service::jobs::record::{Record, State as JobState, is_job_id};
 use axum::Extension;
-use uuid::Uuid;
 
 /// Default and most jobs of a page.
 const PAGE: [u32; 2] = [50, 200];
@@ -66,7 +65,7 @@ fn filters(query: &mut Query) -> Filters {
 /// The id of the last job of the page before.
 fn cursor(query: &mut Query) -> Option<String> {
     let cursor = query.text("cursor", "Where the page before ended: its `next`.")?;
-    if Uuid::try_parse(&cursor).is_err() {
+    if !is_job_id(&cursor) {
         query.wrong("cursor", "out-of-range", format!("expected `next` of the page before, got \"{cursor}\""));
     }
     Some(cursor)

@@ -1,17 +1,17 @@
 //! `POST /v1/jobs`: submits a job.
 
 use crate::http::contract::{example_scene, scene_reference};
-use crate::http::extract::body;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::variation::form_of;
+use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
-use crate::http::respond::job::{Claimed, JobView, accepted, claim, until_final, wishes_of};
+use crate::http::respond::job::{JobView, until_final};
+use crate::http::respond::submission::{Claimed, accepted, claim, submitted, wishes_of};
 use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
-use crate::service::error::Error;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::cache::Form;
-use crate::service::scheduler::task::{Class, PRIORITY};
+use crate::service::scheduler::task::PRIORITY;
 use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value, json};
@@ -134,8 +134,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         None => wanted(&app, &tenant, text.as_ref())?,
     };
     drop(text);
-    let task = tenant.task(Class::Renders);
-    let job = app.service.submit(task, tenant.quotas.jobs, wanted, claim).await.map_err(refused)?;
+    let job = submitted(&app, &tenant, wanted, claim).await?;
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
     if let Some(wait) = prefer.wait {
         until_final(&app, &job, wait).await;
@@ -177,18 +176,6 @@ fn file_parameters(query: &mut Query) -> (Option<u32>, Option<u32>) {
     )
 }
 
-/// Why a job was not taken. What helps against a render's deadline does not help where a scene was not built in time.
-fn refused(error: Error) -> Problem {
-    match error {
-        Error::Deadline(detail) => {
-            let ways = "nothing was submitted; send the job again when less is rendered, or a scene with less in it";
-            Problem::new(Kind::Saturated, format!("{detail}, before the scene was built and priced: {ways}"))
-                .retry_after(30)
-        }
-        error => error.into(),
-    }
-}
-
 /// The body of a job, or a file whose settings are in the query.
 fn job_body() -> Body {
     let example = json!({
@@ -199,10 +186,7 @@ fn job_body() -> Body {
 }
 
 fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Problem> {
-    let request: JobRequest<'_> = serde_json::from_slice(text).map_err(|error| {
-        let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
-        Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": {{...}}, ...}}: {error}"))
-    })?;
+    let request: JobRequest<'_> = json_body::read(text, r#"the body is {"scene": {...}, "settings": {...}, ...}"#)?;
     let JobRequest { scene, frames, settings, output, priority, labels, webhook, store } = request;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let priority = priority.unwrap_or(PRIORITY);
@@ -214,10 +198,10 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
     }
     let key = store.map(|store| store.key.as_deref().map_or(Ok(KeyTemplate::default()), str::parse)).transpose();
     let wishes = wishes_of(app, tenant, key.map_err(invalid)?, webhook.map(|webhook| webhook.url))?;
-    let mut query = Query::given(settings);
+    let mut query = Query::given(settings, "/settings");
     let overrides = query.settings(Format::Json);
     query.finish()?;
-    let mut query = Query::given(output);
+    let mut query = Query::given(output, "/output");
     let output = query.output();
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
