@@ -1,7 +1,7 @@
 //! `strahl frame`: one frame of a sequence, or of numbered scenes, for managers of farms that run one command for each frame.
 
 use super::assemble::format_of;
-use super::failure::{BAD_DATA, Failure};
+use super::failure::Failure;
 use super::places::{Places, StoreArgs, numbered};
 use super::scene_args::{SceneArgs, SettingsArgs};
 use super::session::Session;
@@ -11,6 +11,7 @@ use crate::service::pictures::render::{RenderSpec, make};
 use clap::Args;
 use strahl::film::Region;
 use strahl::scene::limits::SCENE_BYTES;
+use strahl::scene::read::read_as;
 use strahl::sequence::Sequence;
 use strahl::tradeoff::duration;
 
@@ -84,9 +85,9 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
 /// A sequence that has a frame of this number.
 fn read(places: &Places, name: &str, number: u32) -> Result<Sequence, Failure> {
     let bytes = places.read(name, SCENE_BYTES.max)?;
-    let sequence: Sequence = serde_json::from_slice(&bytes)
-        .map_err(|error| Failure::task(BAD_DATA, format!("{name} is no sequence: {error}")))?;
-    sequence.check().map_err(|problems| Failure::Scene { name: name.to_owned(), problems })?;
+    let wrong = |problems| Failure::Scene { name: name.to_owned(), problems };
+    let sequence: Sequence = read_as(&bytes, "sequence").map_err(wrong)?;
+    sequence.check().map_err(wrong)?;
     let count = sequence.count();
     if number >= count {
         return Err(Failure::Usage(format!("--frame {number} is none of the {count} frames from 0 to {}", count - 1)));

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use strahl::film::animation::{AnimationFormat, Timing};
 use strahl::film::{FileFormat, Region};
 use strahl::scene::compile::Original;
+use strahl::scene::read::read_as;
 use strahl::sequence::Sequence;
 use strahl::tradeoff::duration;
 
@@ -42,8 +43,7 @@ pub(super) fn read(frames: &str) -> Result<Sequence, Failure> {
                 let detail = "--frames is a number of frames around the scene, or a file with a sequence";
                 Failure::Input(format!("{frames} cannot be read: {error}\n{detail}"))
             })?;
-            let wrong = |error: serde_json::Error| Failure::Input(format!("{frames} is no sequence: {error}"));
-            serde_json::from_slice(&text).map_err(wrong)?
+            read_as(&text, "sequence").map_err(|problems| Failure::Scene { name: frames.to_owned(), problems })?
         }
     };
     sequence.check().map_err(|problems| Failure::Scene { name: "--frames".into(), problems })?;

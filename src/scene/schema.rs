@@ -4,6 +4,7 @@
 use super::Description;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
+use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 use std::sync::OnceLock;
 
@@ -18,25 +19,30 @@ pub fn schema_text() -> String {
     format!("{:#}\n", schema())
 }
 
-fn build() -> Value {
+/// The schema of a type that is read.
+pub(in crate::scene) fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12()
         .with_transform(RecursiveTransform(bound_integers))
         .with_transform(RecursiveTransform(join_lines));
-    let mut schema = settings.into_generator().into_root_schema_for::<Description>();
+    settings.into_generator().into_root_schema_for::<T>()
+}
+
+fn build() -> Value {
+    let mut schema = schema_of::<Description>();
     schema.insert("$id".into(), "/schema/scene.json".into());
     schema.insert("title".into(), "strahl scene, version 1".into());
     schema.to_value()
 }
 
 /// `format` is only a hint in JSON Schema; a keyword has to refuse what does not fit into 32 bits.
-fn bound_integers(schema: &mut schemars::Schema) {
+fn bound_integers(schema: &mut Schema) {
     if schema.get("format").is_some_and(|format| format == "uint32") && schema.get("maximum").is_none() {
         schema.insert("maximum".into(), u32::MAX.into());
     }
 }
 
 /// Removes the line breaks of doc comments from descriptions.
-fn join_lines(schema: &mut schemars::Schema) {
+fn join_lines(schema: &mut Schema) {
     if let Some(Value::String(text)) = schema.get_mut("description") {
         *text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     }
@@ -96,6 +102,11 @@ impl<'s> Node<'s> {
     pub(in crate::scene) fn is_any_number(self) -> bool {
         let bounds = ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"];
         self.schema["type"] == "number" && bounds.iter().all(|bound| self.schema.get(bound).is_none())
+    }
+
+    /// Whether it takes any value.
+    pub(in crate::scene) fn is_anything(self) -> bool {
+        self.types().is_empty()
     }
 
     /// Whether a value is of one of its types.

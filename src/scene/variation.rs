@@ -10,7 +10,7 @@ use super::nff::NffOptions;
 use super::pictures::Files;
 use super::problem::{Code, unless_cancelled};
 use super::read::{Unreadable, read_json};
-use super::{Description, Loaded, Overrides, Problem, Problems};
+use super::{Description, Loaded, Overrides, Problem, Problems, locate};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -153,7 +153,9 @@ fn around(original: &Description, patch: &Map<String, Value>) -> Value {
 /// A patch as a tree.
 fn read(patch: &[u8]) -> Result<Value, Problems> {
     let wrong = |error: serde_json::Error| Problem::new("", Code::InvalidJson, format!("the patch: {error}"));
-    serde_json::from_slice(patch).map_err(|error| Problems::one(wrong(error)))
+    let value = serde_json::from_slice(patch).map_err(|error| Problems::one(wrong(error)))?;
+    let twice = locate::duplicate_keys(patch);
+    if twice.is_empty() { Ok(value) } else { Err(Problems(twice)) }
 }
 
 /// RFC 7396. Both are as deep as their reader allows.

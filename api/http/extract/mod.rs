@@ -3,6 +3,7 @@
 pub(crate) mod accept;
 pub(crate) mod body;
 pub(crate) mod conditions;
+pub(crate) mod json_body;
 pub(crate) mod named_job;
 pub(crate) mod path;
 pub(crate) mod prefer;

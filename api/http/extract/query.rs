@@ -2,7 +2,7 @@
 //! describes them for the contract ([`Query::describe`]).
 
 use super::accept::by_accept;
-use crate::http::problem::{ErrorEntry, Kind, Problem};
+use crate::http::problem::{ErrorEntry, Kind, Problem, fragment};
 use crate::service::scenes::ids::MAX_ZOOM;
 use crate::service::values::point;
 use axum::extract::Query as Pairs;
@@ -16,13 +16,15 @@ use strahl::render::Layers;
 use strahl::scene::description::{Accuracy, FilmBackground};
 use strahl::scene::limits::Limit;
 use strahl::scene::model::View;
-use strahl::scene::problem::did_you_mean;
+use strahl::scene::problem::{did_you_mean, push_token};
 use strahl::words::{choice, list, words};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug, Default)]
 pub(crate) struct Query {
     given: Vec<(String, String)>,
+    /// The pointer of the object that they are in, if they are no query.
+    place: String,
     known: Vec<&'static str>,
     errors: Vec<ErrorEntry>,
     /// Collects the parameters that are read, when the contract is made.
@@ -147,11 +149,11 @@ impl Query {
         Ok(Self { given, ..Self::default() })
     }
 
-    /// The keys of a JSON object as parameters.
-    pub(crate) fn given(object: Map<String, Value>) -> Self {
+    /// The keys of a JSON object in the body as parameters. `place` is its pointer.
+    pub(crate) fn given(object: Map<String, Value>, place: impl Into<String>) -> Self {
         let text = |value: Value| if let Value::String(text) = value { text } else { value.to_string() };
         let given = object.into_iter().map(|(name, value)| (name, text(value))).collect();
-        Self { given, ..Self::default() }
+        Self { given, place: place.into(), ..Self::default() }
     }
 
     /// The parameters that some code reads.
@@ -303,7 +305,9 @@ impl Query {
     }
 
     pub(crate) fn wrong(&mut self, parameter: &str, code: &'static str, detail: String) {
-        self.errors.push(ErrorEntry { parameter: Some(parameter.into()), ..ErrorEntry::new(code, detail) });
+        let pointer = push_token(&self.place, parameter);
+        let pointer = (!self.place.is_empty()).then(|| format!("#{}", fragment(&pointer)));
+        self.errors.push(ErrorEntry { parameter: Some(parameter.into()), pointer, ..ErrorEntry::new(code, detail) });
     }
 
     /// `format`, `bits` and `quality`.
@@ -443,8 +447,9 @@ impl Query {
         if self.errors.is_empty() {
             return Ok(());
         }
+        let place = if self.place.is_empty() { String::new() } else { format!("{}/", self.place) };
         let sentence =
-            |error: &ErrorEntry| format!("{}: {}", error.parameter.as_deref().unwrap_or_default(), error.detail);
+            |error: &ErrorEntry| format!("{place}{}: {}", error.parameter.as_deref().unwrap_or_default(), error.detail);
         let sentences: Vec<_> = self.errors.iter().map(sentence).collect();
         Err(Problem::new(Kind::InvalidParameter, sentences.join("; ")).with_errors(self.errors))
     }

@@ -1,7 +1,8 @@
 //! Variations of a known scene: `{"base": "<scene id>", "patch": {...}}` in the place of a scene.
 
+use super::json_body;
 use crate::http::auth::tenant::{Scope, Tenant};
-use crate::http::problem::{Kind, Problem};
+use crate::http::problem::Problem;
 use crate::http::state::AppState;
 use crate::service::scenes::cache::Form;
 use schemars::JsonSchema;
@@ -26,8 +27,7 @@ pub(crate) struct Variation<'a> {
 
 /// Whether JSON is a variation: its first key is one that no scene has.
 pub(crate) fn is_variation(json: &[u8]) -> bool {
-    let inside = json.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
-    inside.is_some_and(|key| key.starts_with(b"\"base\"") || key.starts_with(b"\"patch\""))
+    json_body::begins_with(json, ["base", "patch"])
 }
 
 /// What the JSON of a scene is, and its text: itself, or the patch of a variation that a tenant may make.
@@ -37,10 +37,7 @@ pub(crate) fn form_of<'a>(app: &AppState, tenant: &Tenant, json: &'a [u8]) -> Re
 
 /// A variation that a tenant may make, and its patch.
 pub(crate) fn read<'a>(app: &AppState, tenant: &Tenant, json: &'a [u8]) -> Result<(Form, &'a [u8]), Problem> {
-    let Variation { base, patch } = serde_json::from_slice(json).map_err(|error| {
-        let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
-        Problem::new(kind, format!("a variation is {{\"base\": \"<scene id>\", \"patch\": {{...}}}}: {error}"))
-    })?;
+    let Variation { base, patch } = json_body::read(json, r#"a variation is {"base": "<scene id>", "patch": {...}}"#)?;
     // Operators may read the scenes of all.
     let owner = (!tenant.may(Scope::Admin)).then_some(&*tenant.name);
     Ok((app.service.variation_of(&base, owner)?, patch.get().as_bytes()))

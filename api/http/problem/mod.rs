@@ -197,6 +197,16 @@ impl Problem {
         problem.with_errors(reported.iter().map(error_entry).collect())
     }
 
+    /// Problems of a kind with the shape of a body, or the one that it is no JSON. `about` says what the body is.
+    pub(crate) fn body(kind: Kind, about: &str, problems: &scene::Problems) -> Self {
+        let mut problem = Self::scene(problems);
+        if problem.kind == Kind::InvalidScene {
+            problem.kind = kind;
+        }
+        problem.detail = shortened(format!("{about}: {}", problem.detail));
+        problem
+    }
+
     /// Its status.
     pub(crate) fn status(&self) -> StatusCode {
         let (_, status, _, _) = self.kind.page();
@@ -223,6 +233,10 @@ impl Problem {
         let mut response = (status, self.document(request_id)).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if matches!(kind, Kind::TooLarge | Kind::BodyTimeout) {
+            // The rest of the body is not read, so no other request can follow.
+            headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
+        }
         if kind == Kind::Unauthorized {
             headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"strahl\""));
         }
@@ -253,8 +267,8 @@ impl From<Error> for Problem {
             Error::Busy { detail, retry_after } => Self::new(Kind::Saturated, detail).retry_after(retry_after),
             Error::TenantBusy { detail, retry_after } => Self::new(Kind::RateLimited, detail).retry_after(retry_after),
             Error::Deadline(detail) => {
-                let ways = "send Prefer: respond-async to have it rendered as a job, ask for accuracy=time:MS, the best picture in MS \
-                            milliseconds, or for fewer pixels (maps take `step`)";
+                let ways = "ask for fewer pixels (maps take `step`), or for accuracy=time:MS, the best picture in MS \
+                            milliseconds; a picture may also be a job, which has no such timeout (Prefer: respond-async)";
                 let mut problem = Self::new(Kind::RenderDeadline, format!("{detail}: {ways}"));
                 problem.members.suggest = Some("tiles");
                 problem
@@ -299,7 +313,7 @@ fn error_entry(problem: &scene::Problem) -> ErrorEntry {
 }
 
 /// A JSON pointer as a URI fragment (RFC 6901 section 6): bytes that a fragment cannot hold are percent-encoded.
-fn fragment(pointer: &str) -> String {
+pub(crate) fn fragment(pointer: &str) -> String {
     let mut encoded = String::with_capacity(pointer.len());
     for byte in pointer.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~!$&'()*+,;=:@/?".contains(&byte) {

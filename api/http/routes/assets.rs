@@ -1,6 +1,6 @@
 //! `/v1/assets`: files that scenes name by their SHA-256, sent once.
 
-use crate::http::extract::body as request_body;
+use crate::http::extract::{body as request_body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::service::assets::Sent;
@@ -104,6 +104,9 @@ async fn send(State(app): State<App>, expected: Option<String>, request: Request
     };
     let bytes = request_body::read(&app, &parts.headers, body).await?;
     let length = bytes.len() as u64;
+    if length == 0 {
+        return Err(Problem::new(Kind::InvalidRequest, "the body is empty: send the bytes of a model or a picture"));
+    }
     let tenant = Tenant::of(&parts.extensions).name.clone();
     let Sent { hash, is_new } = app.service.keep_asset(tenant, expected, bytes).await?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
@@ -149,8 +152,8 @@ async fn missing(
     request_body::declares_json(&parts.headers)?;
     let text = request_body::read(&app, &parts.headers, body).await?;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
-    let WantedAssets { sha256 } = serde_json::from_slice(text.as_ref())
-        .map_err(|error| invalid(format!("the body is {{\"sha256\": [\"64 hexadecimal digits\", ...]}}: {error}")))?;
+    let WantedAssets { sha256 } =
+        json_body::read(text.as_ref(), r#"the body is {"sha256": ["64 hexadecimal digits", ...]}"#)?;
     if sha256.len() > ASKED {
         return Err(invalid(format!("at most {ASKED} hashes")));
     }

@@ -1,7 +1,7 @@
 //! `POST /v1/capabilities`.
 
 use crate::http::auth::capability::PREFIX;
-use crate::http::extract::body;
+use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::service::clock::unix_time;
 
@@ -53,8 +53,8 @@ async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, J
     let declared = body::declares_json(&parts.headers)?;
     let body = body::read(&app, &parts.headers, body).await?;
     body::check_content(declared, body.as_ref())?;
-    let wanted: Wanted = serde_json::from_slice(body.as_ref())
-        .map_err(|error| Problem::new(Kind::InvalidRequest, format!("this is not what is expected: {error}")))?;
+    let wanted: Wanted =
+        json_body::read(body.as_ref(), r#"the body is {"image_id": "<id>"}, or with job_id or scene_id"#)?;
     let mut ids = [wanted.image_id, wanted.job_id, wanted.scene_id].into_iter().flatten();
     let (Some(id), None) = (ids.next(), ids.next()) else {
         return Err(invalid("give one of image_id, job_id and scene_id"));

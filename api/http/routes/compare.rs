@@ -1,9 +1,9 @@
 //! `POST /v1/compare`: how far two pictures are from each other.
 
 use crate::http::contract::{example_scene, scene_reference};
-use crate::http::extract::body;
 use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
+use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::body as bytes_of;
 use crate::http::respond::image::image_id;
@@ -71,7 +71,7 @@ struct Side<'a> {
     /// An image id.
     image: Option<String>,
     /// A scene.
-    #[serde(borrow)]
+    #[serde(borrow, default)]
     #[schemars(schema_with = "scene_reference")]
     scene: Option<&'a RawValue>,
     /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
@@ -171,11 +171,9 @@ async fn files(
     format: FileFormat,
 ) -> Result<[Arc<PictureFile>; 2], Problem> {
     let [a, b] = {
-        let Pair { a, b } = serde_json::from_slice(text.as_ref()).map_err(|error| {
-            let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
-            let side = "{\"image\": \"<id>\"} or {\"scene\": {...}, \"settings\": {...}}";
-            Problem::new(kind, format!("the body is {{\"a\": ..., \"b\": ...}}, each {side}: {error}"))
-        })?;
+        let side = r#"{"image": "<id>"} or {"scene": {...}, "settings": {...}}"#;
+        let Pair { a, b } =
+            json_body::read(text.as_ref(), &format!(r#"the body is {{"a": ..., "b": ...}}, each {side}"#))?;
         [("a", a), ("b", b)].map(|(name, side)| wanted(app, tenant, text.as_ref(), name, side))
     };
     let (a, b) = (a?, b?);
@@ -196,7 +194,7 @@ enum WantedSource {
 }
 
 fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'_>) -> Result<Wanted, Problem> {
-    let mut query = Query::given(side.settings.clone());
+    let mut query = Query::given(side.settings.clone(), format!("/{name}/settings"));
     let overrides = query.settings(Format::Json);
     query.finish()?;
     let (source, place) = match (side.image, side.scene) {
@@ -207,7 +205,8 @@ fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'
             (WantedSource::Scene(form, text.to_vec()), offset(body, scene))
         }
         _ => {
-            let detail = format!("{name} is an image, or a scene with settings");
+            let detail =
+                format!("/{name}: write {{\"image\": \"<id>\"}}, or {{\"scene\": {{...}}, \"settings\": {{...}}}}");
             return Err(Problem::new(Kind::InvalidRequest, detail));
         }
     };

@@ -1,6 +1,7 @@
 //! `POST /v1/explain`: which effects a scene calls for, why, and what they should take, with one setting or several.
 
 use crate::http::contract::scene_reference;
+use crate::http::extract::json_body;
 use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
@@ -108,7 +109,7 @@ fn analyze(query: &mut Query) -> bool {
 
 fn answer(question: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
     let Question { app, work, sent, .. } = question;
-    if *sent.form == Form::JSON && has_settings(sent.text) {
+    if *sent.form == Form::JSON && json_body::begins_with(sent.text, ["scene", "settings"]) {
         return several(question, analyze);
     }
     let limits = &app.service.settings.answers;
@@ -141,30 +142,22 @@ fn plan(
     to_json(&app.service.memory, &Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
 }
 
-/// Whether JSON begins with a key that this question has and no scene.
-fn has_settings(json: &[u8]) -> bool {
-    let inside = json.trim_ascii_start().strip_prefix(b"{").map(<[u8]>::trim_ascii_start);
-    inside.is_some_and(|key| key.starts_with(b"\"scene\"") || key.starts_with(b"\"settings\""))
-}
-
 fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     if analyze {
         return Err(invalid("analyze is of one setting: render the pictures instead".into()));
     }
-    let Settings { scene, settings } = serde_json::from_slice(sent.text).map_err(|error| {
-        let kind = if error.is_data() { Kind::InvalidRequest } else { Kind::InvalidJson };
-        Problem::new(kind, format!("the body is {{\"scene\": {{...}}, \"settings\": [{{...}}, ...]}}: {error}"))
-    })?;
+    let Settings { scene, settings } =
+        json_body::read(sent.text, r#"the body is {"scene": {...}, "settings": [{...}, ...]}"#)?;
     if settings.len() > MOST {
         return Err(invalid(format!("{} settings are too many; one request has at most {MOST}", settings.len())));
     }
-    let over = |own: &Map<String, Value>| {
-        let mut query = Query::given(own.clone());
+    let over = |(i, own): (usize, &Map<String, Value>)| {
+        let mut query = Query::given(own.clone(), format!("/settings/{i}"));
         let overrides = query.settings(Format::Json).over(&sent.overrides);
         query.finish().map(|()| overrides)
     };
-    let overrides = settings.iter().map(over).collect::<Result<Vec<_>, Problem>>()?;
+    let overrides = settings.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
     let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
     let (body, sent) = (sent.text, SentScene::new(text, &form, &sent.overrides));
     let all = [&[sent.overrides], &overrides[..]].concat();

@@ -2,6 +2,7 @@
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
+use crate::http::extract::json_body;
 use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
@@ -67,7 +68,8 @@ async fn rays(State(app): State<App>, request: Request) -> Result<Response, Prob
 }
 
 fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<Answer, Problem> {
-    let Questions { scene: text, rays } = serde_json::from_slice(sent.text).map_err(|error| shape(&error))?;
+    let about = r#"the body is {"scene": {...}, "rays": [{"origin": [x, y, z], "direction": [x, y, z]}, ...]}"#;
+    let Questions { scene: text, rays } = json_body::read_or(Kind::InvalidRays, sent.text, about)?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
@@ -135,19 +137,6 @@ impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
         }
         deserializer.deserialize_seq(SceneStore)
     }
-}
-
-fn shape(error: &serde_json::Error) -> Problem {
-    let (kind, code) =
-        if error.is_data() { (Kind::InvalidRays, "wrong-type") } else { (Kind::InvalidJson, "invalid-json") };
-    let detail = error.to_string();
-    let entry = ErrorEntry {
-        pointer: Some("#".into()),
-        line: Some(error.line() as u64),
-        column: Some(error.column() as u64),
-        ..ErrorEntry::new(code, detail.clone())
-    };
-    Problem::new(kind, detail).with_errors(vec![entry])
 }
 
 fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {

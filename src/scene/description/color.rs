@@ -10,6 +10,9 @@ use std::{borrow::Cow, fmt};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Color(pub Rgb);
 
+/// How [`Color::from_hex`] is written, as a regular expression.
+pub(in crate::scene) const HEX: &str = "^#[0-9a-fA-F]{6}$";
+
 impl Color {
     /// 0 0 0.
     pub const BLACK: Self = Self(Rgb::ZERO);
@@ -90,7 +93,7 @@ impl JsonSchema for Color {
             "anyOf": [
                 { "type": "number", "minimum": 0 },
                 { "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 3, "maxItems": 3 },
-                { "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" }
+                { "type": "string", "pattern": HEX }
             ]
         })
     }

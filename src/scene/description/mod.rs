@@ -22,6 +22,7 @@ mod written;
 pub use camera::{Camera, CylinderCamera, FisheyeCamera, OrthographicCamera, PanoramaCamera, PinholeCamera};
 pub use channel::{Channel, Enlarged, Factor, TexelChannel, Textured, UvTransform, Wraps};
 pub use color::Color;
+pub(in crate::scene) use color::HEX;
 pub use diffuse::Diffuse;
 pub use film::{Film, FilmBackground};
 pub use fog::{Fog, FogHeight};

@@ -101,7 +101,7 @@ fn spoil(scene: &mut Value, which: usize, how: usize) {
 
 #[test]
 fn nothing_is_wrong_with_the_rich_scene() {
-    assert!(diagnose(&rich()).is_empty(), "{:?}", diagnose(&rich()));
+    assert!(diagnose(schema(), "scene", &rich()).is_empty());
 }
 
 #[test]
@@ -136,7 +136,7 @@ proptest! {
         for (which, how) in spoils {
             spoil(&mut scene, which, how);
         }
-        let findings = diagnose(&scene);
+        let findings = diagnose(schema(), "scene", &scene);
         prop_assert_eq!(VALIDATOR.is_valid(&scene), findings.is_empty(), "{:#} {:?}", scene, findings);
         let readable = Description::deserialize(Strict(&scene));
         let only_ranges = findings.iter().all(|finding| finding.mend == Mend::Keep);

@@ -1,17 +1,17 @@
 //! All problems with the shape of a scene, in sentences.
 //!
-//! serde stops at the first error. So when it fails, this walks the scene's [`Value`] along the
-//! [`schema`](crate::scene::schema). Where the schema has alternatives, the key or the type of the value decides which one is
+//! serde stops at the first error. So when it fails, this walks the [`Value`] along the schema, that of scenes or of another
+//! type. Where the schema has alternatives, the key or the type of the value decides which one is
 //! meant, so problems have precise pointers. (A general validator reports the errors of every alternative, thirteen for each
 //! misspelt object, and keeps all of them in memory before it reports one.) Tests check that this walk and the schema agree
 //! on which scenes are wrong.
 
 use super::wording;
 use crate::control;
-use crate::scene::description::Color;
+use crate::scene::description::{Color, HEX};
 use crate::scene::limits::{NAME_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long, push_token, quoted};
-use crate::scene::schema::{Node, schema};
+use crate::scene::schema::Node;
 use crate::words::list;
 use serde_json::{Map, Value};
 use std::rc::Rc;
@@ -42,12 +42,11 @@ pub(super) struct Part {
     pub(super) kind: String,
 }
 
-/// All problems of shape and range, at most [`PROBLEMS_FOUND`].
-pub(super) fn diagnose(scene: &Value) -> Vec<Finding> {
-    let root = schema();
-    let whole = Rc::new(Part { pointer: String::new(), kind: "scene".to_owned() });
+/// All problems of shape and range, at most [`PROBLEMS_FOUND`], by the schema of what the value should be.
+pub(super) fn diagnose(root: &Value, name: &str, value: &Value) -> Vec<Finding> {
+    let whole = Rc::new(Part { pointer: String::new(), kind: name.to_owned() });
     let mut walk = Walk { root, found: Vec::new(), path: String::new(), part: whole };
-    walk.visit(Node { schema: root, name: "scene" }, scene);
+    walk.visit(Node { schema: root, name }, value);
     walk.found
 }
 
@@ -210,6 +209,12 @@ impl<'s> Walk<'s> {
                 self.unreadable(Code::WrongType, detail);
             }
             (_, count, _) => {
+                // As other formats write it: {"type": "sphere", ...}.
+                let said = ["type", "kind", "shape"].iter().find_map(|key| Some((*key, object.get(*key)?.as_str()?)));
+                if let Some((key, kind)) = said.filter(|(_, said)| kinds.iter().any(|(kind, _)| kind == said)) {
+                    let detail = format!("write {{\"{kind}\": {{...}}}} around the other keys, in place of \"{key}\"");
+                    return self.unreadable(Code::WrongType, detail);
+                }
                 let has = if count == 0 {
                     "it has none".to_owned()
                 } else {
@@ -227,6 +232,9 @@ impl<'s> Walk<'s> {
 
     /// Checks against a schema without choices.
     fn check(&mut self, node: Node<'s>, value: &Value) {
+        if node.is_anything() {
+            return;
+        }
         if !node.takes(value) {
             return self.wrong_type(node, value);
         }
@@ -256,7 +264,7 @@ impl<'s> Walk<'s> {
                     && let Some(detail) = name_too_long(word)
                 {
                     self.add(self.path.clone(), Code::Limit, detail, Mend::Keep);
-                } else if node.schema.get("pattern").is_some() && Color::from_hex(word).is_none() {
+                } else if node.schema.get("pattern").is_some_and(|it| it == HEX) && Color::from_hex(word).is_none() {
                     let shown = wording::shown(value);
                     let detail = format!("{shown} is no colour; write \"#rrggbb\", [r, g, b] or a grey number");
                     self.unreadable(Code::WrongType, detail);
@@ -280,7 +288,7 @@ impl<'s> Walk<'s> {
                 self.long_name(key);
             } else if rest.is_object() {
                 self.visit_child(key, Node { schema: rest, name: node.name }, value);
-            } else {
+            } else if *rest == Value::Bool(false) {
                 let names = || keys.into_iter().flat_map(Map::keys).map(String::as_str);
                 // A misspelt key is one problem, not an unknown key and a missing one.
                 let meant = missing.iter().position(|name| !self.near_name(key, [*name]).is_empty());
@@ -288,7 +296,7 @@ impl<'s> Walk<'s> {
                     Some(i) => self.near_name(key, [missing.remove(i)]),
                     None => self.near_name(key, names().filter(|name| !object.contains_key(*name))),
                 };
-                self.unknown_key(key, near, names(), complete);
+                self.unknown_key(key, near, keys, complete);
             }
             if self.full() {
                 return;
@@ -308,7 +316,11 @@ impl<'s> Walk<'s> {
         self.add(push_token(&self.path, name), Code::Limit, name_too_long(name).unwrap_or_default(), mend);
     }
 
-    fn unknown_key<'k>(&mut self, key: &str, near: String, names: impl Iterator<Item = &'k str>, complete: bool) {
+    fn unknown_key(&mut self, key: &str, near: String, keys: Option<&'s Map<String, Value>>, complete: bool) {
+        let names = keys.into_iter().flat_map(Map::keys).map(String::as_str);
+        // A key of one of the objects inside.
+        let mut inside = keys.into_iter().flatten().filter(|(name, schema)| self.has_key(Node { schema, name }, key));
+        let owner = inside.next().map(|(name, _)| name.clone());
         // An object that misses a key stays unreadable when this one is removed; missing keys of the scene are added.
         let mend = if complete || self.path.is_empty() {
             Mend::Remove { object: self.path.clone(), key: key.to_owned() }
@@ -320,10 +332,11 @@ impl<'s> Walk<'s> {
         }
         let pointer = push_token(&self.path, key);
         let names = list(names.map(quoted), "and");
-        let hint = match (near.is_empty(), names.is_empty()) {
-            (false, _) => near,
-            (true, false) => format!("; keys here are {names}"),
-            (true, true) => "; there are no keys here".to_owned(),
+        let hint = match (near.is_empty(), owner, names.is_empty()) {
+            (false, ..) => near,
+            (true, Some(owner), _) => format!("; it is a key of \"{owner}\""),
+            (true, None, false) => format!("; keys here are {names}"),
+            (true, None, true) => "; there are no keys here".to_owned(),
         };
         self.add(pointer, Code::UnknownKey, format!("unknown key \"{key}\"{hint}"), mend);
     }
@@ -355,8 +368,18 @@ impl<'s> Walk<'s> {
 
     fn wrong_type(&mut self, node: Node<'s>, value: &Value) {
         let hint = wording::type_hint(node, value, self.root);
+        let hint = if self.path.ends_with("/material") && value.is_object() {
+            "; define it in /materials and write its name".to_owned()
+        } else {
+            hint
+        };
         let detail = format!("must be {}, is {}{hint}", wording::expected(node, self.root), wording::shown(value));
         self.unreadable(Code::WrongType, detail);
+    }
+
+    /// Whether a schema is that of objects with a key.
+    fn has_key(&self, node: Node<'s>, key: &str) -> bool {
+        node.alternatives(self.root).iter().any(|choice| choice.schema["properties"].get(key).is_some())
     }
 }
 

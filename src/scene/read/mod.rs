@@ -1,4 +1,4 @@
-//! JSON text to [`Description`], reporting every problem of its shape at once.
+//! JSON text to [`Description`] and other types, reporting every problem of its shape at once.
 //!
 //! A correct scene is deserialised straight from the text. Only when that fails, the text is read again into a [`Value`],
 //! and `diagnose` reports all its problems.
@@ -11,8 +11,10 @@ mod wording;
 
 use super::limits::{PROBLEMS_FOUND, SCENE_BYTES};
 use super::problem::{Code, Problem, unless_cancelled};
+use super::schema::{schema, schema_of};
 use super::{Description, Problems, locate};
-use diagnose::diagnose;
+use diagnose::{Finding, diagnose};
+use schemars::JsonSchema;
 use serde::de::{Deserialize, IgnoredAny};
 use serde_json::Value;
 use strict::Strict;
@@ -60,19 +62,46 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
         Err(error) => error,
     };
     unless_cancelled().map_err(|problems| Unreadable { problems, mended: None })?;
+    match value(text, &error) {
+        Ok(scene) => Err(all_problems(text, scene, &error)),
+        Err(problem) => Err(Unreadable::one(problem)),
+    }
+}
+
+/// Reads JSON as another type, and checks its shape completely by the schema of that type. `name` is what it is.
+pub fn read_as<'a, T: Deserialize<'a> + JsonSchema>(text: &'a [u8], name: &str) -> Result<T, Problems> {
+    let text = strip_mark(text);
+    serde_json::from_slice(text).map_err(|error| {
+        let found = value(text, &error)
+            .map(|value| problems(text, &diagnose(schema_of::<T>().as_value(), name, &value), &error));
+        Problems(found.unwrap_or_else(|problem| vec![problem]))
+    })
+}
+
+/// The value of a text that serde has refused, or its only problem if there is none, or if it is too long.
+fn value(text: &[u8], error: &serde_json::Error) -> Result<Value, Problem> {
     if text.len() > DIAGNOSED_BYTES {
-        let problem = match serde_json::from_slice::<IgnoredAny>(text) {
-            Ok(_) => first_problem(text, &error),
+        return Err(match serde_json::from_slice::<IgnoredAny>(text) {
+            Ok(_) => first_problem(text, error),
             Err(error) => not_json(text, &error),
-        };
-        return Err(Unreadable::one(problem));
+        });
     }
     // serde's first error does not say whether the text is JSON: a number instead of an object is a syntax error to
     // enums.
-    match serde_json::from_slice::<Value>(text) {
-        Ok(scene) => Err(all_problems(text, scene, &error)),
-        Err(error) => Err(Unreadable::one(not_json(text, &error))),
+    serde_json::from_slice(text).map_err(|error| not_json(text, &error))
+}
+
+/// Problems in the order of the text; if none was found, the one that serde has found.
+fn problems(text: &[u8], findings: &[Finding], error: &serde_json::Error) -> Vec<Problem> {
+    let mut problems: Vec<Problem> = findings.iter().map(|finding| finding.problem.clone()).collect();
+    locate::locate(text, &mut problems);
+    problems.extend(locate::duplicate_keys(text));
+    if problems.is_empty() {
+        problems.push(first_problem(text, error));
     }
+    problems.sort_by_key(|problem| (problem.line, problem.column));
+    problems.truncate(PROBLEMS_FOUND);
+    problems
 }
 
 fn parse(text: &[u8]) -> serde_json::Result<Description> {
@@ -92,16 +121,9 @@ fn all_problems(text: &[u8], scene: Value, error: &serde_json::Error) -> Unreada
     if let Some(version) = scene.get("version").filter(|v| v.is_number() && v.as_u64() != Some(u64::from(VERSION))) {
         return Unreadable::one(wrong_version(text, &version.to_string()));
     }
-    let findings = diagnose(&scene);
-    let mut problems: Vec<Problem> = findings.iter().map(|finding| finding.problem.clone()).collect();
-    locate::locate(text, &mut problems);
-    problems.extend(locate::duplicate_keys(text));
-    if problems.is_empty() {
-        problems.push(first_problem(text, error));
-    }
-    problems.sort_by_key(|problem| (problem.line, problem.column));
-    problems.truncate(PROBLEMS_FOUND);
-    Unreadable { problems: Problems(problems), mended: mend::mend(scene, &findings).map(Box::new) }
+    let findings = diagnose(schema(), "scene", &scene);
+    let problems = Problems(problems(text, &findings, error));
+    Unreadable { problems, mended: mend::mend(scene, &findings).map(Box::new) }
 }
 
 fn wrong_version(text: &[u8], version: &str) -> Problem {

@@ -72,6 +72,9 @@ fn explanation(text: &[u8], at: usize, words: &str) -> String {
     if ["nan", "inf", "infinity"].contains(&token.trim_start_matches(['-', '+']).to_ascii_lowercase().as_str()) {
         return format!("{token} is not a JSON number; numbers must be finite");
     }
+    if let Some(number) = other_number(token) {
+        return format!("{token} is not how JSON writes a number; write {number}");
+    }
     match byte {
         b'\'' => return "strings and keys stand between double quotes".to_owned(),
         b'/' | b'#' if words.starts_with("expected") || words.starts_with("key") || words.starts_with("trailing") => {
@@ -87,6 +90,16 @@ fn explanation(text: &[u8], at: usize, words: &str) -> String {
         _ if ["True", "False", "None"].contains(&token) => format!("write true, false or null, not {token}"),
         _ => words.to_owned(),
     }
+}
+
+/// The number that a token is in other languages, but not in JSON: `.5`, `+1`, `5.`, `0x1f`.
+fn other_number(token: &str) -> Option<String> {
+    if let Some(digits) = token.strip_prefix("0x").or_else(|| token.strip_prefix("0X")) {
+        return Some(u32::from_str_radix(digits, 16).ok()?.to_string());
+    }
+    let is_other = token.starts_with(['+', '.']) || token.starts_with("-.") || token.ends_with('.');
+    let number: f64 = token.parse().ok().filter(|number: &f64| is_other && number.is_finite())?;
+    Some(number.to_string())
 }
 
 /// A problem where serde stopped reading; at the beginning of the word or number it stopped in.

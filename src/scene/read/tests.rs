@@ -66,6 +66,15 @@ fn broken_objects() {
                  so \"material\" must go or move inside it [WrongType]",
         ),
         (
+            r#"{"type": "sphere", "center": [0, 0, 0], "radius": 1}"#,
+            "line 5, column 1: /objects/0: write {\"sphere\": {...}} around the other keys, in place of \"type\" [WrongType]",
+        ),
+        (
+            r#"{"sphere": {"center": [0, 0, 0], "radius": 1, "material": {"diffuse": 1}}}"#,
+            "line 5, column 59: /objects/0/sphere/material: must be a string, is an object; define it in /materials and write \
+                 its name [WrongType]",
+        ),
+        (
             r#""sphere""#,
             "line 5, column 1: /objects/0: \"sphere\" needs its keys: write {\"sphere\": {...}} [WrongType]",
         ),
@@ -120,6 +129,19 @@ fn broken_rest() {
                  \"checker\"? Here kinds are \"checker\", \"gradient\", \"image\" and \"noise\" [UnknownKey]",
         ),
         (
+            "\"materials\": {\"m\": {\"metallic\": 1}}",
+            "line 7, column 21: /materials/m/metallic: unknown key \"metallic\"; it is a key of \"pbr\" [UnknownKey]",
+        ),
+        (
+            "\"render\": {\"accuracy\": {\"time\": 200}}",
+            "line 7, column 33: /render/accuracy/time: must be {\"ms\": {...}}, is 200; write {\"ms\": 200} [WrongType]",
+        ),
+        (
+            "\"render\": {\"accuracy\": \"time:200\"}",
+            "line 7, column 24: /render/accuracy: must be an object whose only key names its kind: \"fixed\", \"proved\", \
+                 \"time\", \"rays\" or \"statistical\", is \"time:200\"; write {\"time\": {...}} [WrongType]",
+        ),
+        (
             "\"lights\": [{\"point\": {\"position\": [0, 0, 0], \"falloff\": \"quadratic\"}}]",
             "line 7, column 57: /lights/0/point/falloff: no such falloff \"quadratic\"; write \"none\", \"inverse_square\", \
                  {\"linear\": {...}} or {\"windowed\": {...}} [WrongType]",
@@ -149,6 +171,18 @@ fn broken_documents() {
         (
             "{\"version\": 2, \"scene\": {}}",
             "line 1, column 2: /version: this is scene format version 2, and this program reads version 1 [Unsupported]",
+        ),
+        (
+            "{\"version\": 1,\n \"objects\": [.5]}",
+            "line 2, column 14: /objects/0: not valid JSON: .5 is not how JSON writes a number; write 0.5 [InvalidJson]",
+        ),
+        (
+            "{\"version\": 1,\n \"objects\": [+1]}",
+            "line 2, column 14: /objects/0: not valid JSON: +1 is not how JSON writes a number; write 1 [InvalidJson]",
+        ),
+        (
+            "{\"version\": 1,\n \"objects\": [0x10]}",
+            "line 2, column 14: /objects/0: not valid JSON: 0x10 is not how JSON writes a number; write 16 [InvalidJson]",
         ),
         (
             "{\"version\": 1,\n \"objects\": [NaN]}",
@@ -234,4 +268,52 @@ fn names_that_are_too_long_are_one_problem_each() {
     }
     let longest = scene(&ball.replace(&long, &"n".repeat(256)), "");
     assert_eq!(problems(longest.as_bytes()), []);
+}
+
+/// A type that is not a scene, with one inside that is checked elsewhere.
+#[derive(Debug, PartialEq, serde::Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Order {
+    /// Not looked at.
+    #[schemars(schema_with = "anything")]
+    scene: Value,
+    /// 0 to 100.
+    #[schemars(range(max = 100))]
+    priority: Option<u8>,
+    #[serde(default)]
+    labels: Vec<String>,
+}
+
+fn anything(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "$ref": "#/elsewhere" })
+}
+
+#[test]
+fn other_types_are_read_by_their_own_schema() {
+    let read = |text: &str| {
+        read_as::<Order>(text.as_bytes(), "order")
+            .map_err(|problems| problems.0.iter().map(|p| format!("{p} [{:?}]\n", p.code)).collect::<String>())
+    };
+    let order = read(r#"{"scene": {"any": []}, "priority": 7}"#).unwrap();
+    assert_eq!(order, Order { scene: serde_json::json!({"any": []}), priority: Some(7), labels: Vec::new() });
+    for (text, expected) in [
+        (
+            r#"{"scene": 1, "priority": 300, "labels": [1], "prio": 3}"#,
+            "line 1, column 26: /priority: must be at least 0 and at most 100, is 300 [OutOfRange]\n\
+             line 1, column 42: /labels/0: must be a string, is 1 [WrongType]\n\
+             line 1, column 46: /prio: unknown key \"prio\"; keys here are \"labels\", \"priority\" and \"scene\" [UnknownKey]\n",
+        ),
+        (r#"{"labels": []}"#, "line 1, column 1: the key \"scene\" is missing [MissingKey]\n"),
+        (
+            r#"{"scene": 1, "scene": 2}"#,
+            "line 1, column 14: /scene: this key is given twice in the same object; keep one of the two [DuplicateName]\n",
+        ),
+        (
+            r#"{"scene": 1,}"#,
+            "line 1, column 13: /scene: not valid JSON: remove the comma before the closing bracket [InvalidJson]\n",
+        ),
+        ("[]", "line 1, column 1: must be an object, is an empty array [WrongType]\n"),
+    ] {
+        assert_eq!(read(text).unwrap_err(), expected, "{text}");
+    }
 }

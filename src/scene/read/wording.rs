@@ -69,20 +69,30 @@ pub(super) fn shown(value: &Value) -> String {
 }
 
 /// Advice on a value of the wrong type, where there is an obvious one.
-pub(super) fn type_hint(node: Node<'_>, value: &Value, root: &Value) -> &'static str {
+pub(super) fn type_hint(node: Node<'_>, value: &Value, root: &Value) -> String {
     let choices = node.alternatives(root);
     let wants = |name: &str| choices.iter().any(|choice| choice.types().contains(&name));
     match value {
         Value::String(text) if (wants("number") || wants("integer")) && text.trim().parse::<f64>().is_ok() => {
-            "; write it without quotes"
+            "; write it without quotes".to_owned()
         }
         Value::String(text) if wants("boolean") && matches!(text.as_str(), "true" | "false") => {
-            "; write it without quotes"
+            "; write it without quotes".to_owned()
+        }
+        // As queries write it: "time:200".
+        Value::String(text) => {
+            let kind = text.split(':').next().unwrap_or_default();
+            let is_kind = choices.iter().any(|choice| choice.tag() == Some(kind));
+            if is_kind { format!("; write {{\"{kind}\": {{...}}}}") } else { String::new() }
         }
         Value::Number(number) if wants("integer") && number.as_f64().is_some_and(|x| x.fract() == 0.0) => {
-            "; write it without decimal point and exponent"
+            "; write it without decimal point and exponent".to_owned()
         }
-        _ => "",
+        Value::Number(_) => match choices.as_slice() {
+            [only] => only.tag().map_or_else(String::new, |key| format!("; write {{\"{key}\": {value}}}")),
+            _ => String::new(),
+        },
+        _ => String::new(),
     }
 }
 
