@@ -1,6 +1,7 @@
 //! Errors of the service. HTTP turns them into problem documents.
 
 use std::any::Any;
+use std::io;
 use strahl::render::Cancelled;
 use strahl::scene::{NotLoaded, Problems};
 
@@ -57,6 +58,18 @@ pub(crate) enum Error {
     Internal(&'static str),
 }
 
+impl Error {
+    /// The disk does not take what has to be written. `what` says what cannot be done without it.
+    pub(crate) fn unwritten(what: &'static str, error: &io::Error) -> Self {
+        tracing::error!(%error, "{what}");
+        if is_full(error) {
+            let detail = format!("{what}: the disk of the service is full, and its operator has to make room");
+            return Self::Busy { detail, retry_after: 60 };
+        }
+        Self::Internal(what)
+    }
+}
+
 impl From<Problems> for Error {
     fn from(problems: Problems) -> Self {
         Self::Scene(problems)
@@ -85,6 +98,11 @@ pub(crate) enum StartError {
     Settings(String),
     /// A port, a folder or a thread is not available.
     Machine(String),
+}
+
+/// Whether there was no room on the disk for what was to be written: it can be written once there is.
+pub(crate) fn is_full(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }
 
 /// The text of a panic, for the log only.

@@ -16,18 +16,19 @@ pub(super) fn routes() -> Vec<Route> {
                 "readyz",
                 "service",
                 "Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a \
-                 render that does not stop.",
+                 render that does not stop, nor one that cannot write the records of jobs.",
             ],
         )
         .answer(200, "It takes work", &[Content::json::<Readiness>()])
-        .answer(503, "It is about to stop, or a render does not stop", &[Content::json::<Readiness>()]),
+        .answer(503, "It takes none, for the reason that `status` says", &[Content::json::<Readiness>()]),
     ]
 }
 
 /// Whether the service takes work, and how much it has.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Readiness {
-    /// `ready`, `draining` or `stalled`: a render does not notice that it was paused or cancelled.
+    /// `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the disk does
+    /// not take the records of jobs).
     status: &'static str,
     /// Requests under way.
     running: usize,
@@ -56,6 +57,7 @@ pub(super) async fn readyz(State(app): State<App>) -> impl IntoResponse {
     let (code, status) = match () {
         () if app.drain.has_begun() => (StatusCode::SERVICE_UNAVAILABLE, "draining"),
         () if app.service.pool.scheduler.is_stalled() => (StatusCode::SERVICE_UNAVAILABLE, "stalled"),
+        () if app.service.jobs.is_unwritable() => (StatusCode::SERVICE_UNAVAILABLE, "unwritable"),
         () => (StatusCode::OK, "ready"),
     };
     let (waiting, running) = app.service.jobs.counts();

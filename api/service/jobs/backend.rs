@@ -6,6 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
+use crate::service::error::is_full;
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -22,6 +23,8 @@ use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::render::{Cancelled, render};
 
+/// Time until what the disk had no room for is written again.
+const BETWEEN_WRITES: Duration = Duration::from_millis(500);
 /// Finished tiles that wait for the disk.
 const WAITING: usize = 4;
 
@@ -104,8 +107,19 @@ fn persist(
     done: &Receiver<Tile>,
     finished: &(dyn Fn(&Tile) + Sync),
 ) -> Result<(), Cancelled> {
+    let mut keeps = true;
     while let Ok(tile) = done.recv() {
-        if let Err(error) = file.add(&tile) {
+        let kept = if keeps { file.add(&tile) } else { Ok(()) };
+        let kept = kept.or_else(|error| {
+            if !is_full(&error) {
+                return Err(error);
+            }
+            // The tiles are in the picture all the same, which needs the room more. After a crash they are rendered again.
+            tracing::warn!(job = job.record().id, %error, "finished tiles are not kept");
+            keeps = false;
+            file.clear()
+        });
+        if let Err(error) = kept {
             tracing::error!(%error, "a finished tile cannot be kept");
             job.stop(disk(&error));
             return Err(Cancelled);
@@ -218,6 +232,23 @@ impl coordinator::Tiles for OfPicture<'_> {
     fn finished(&mut self, tile: Tile) -> bool {
         (self.finished)(&tile);
         true
+    }
+}
+
+/// Writes what belongs to a job. While the disk is full it waits, until the job is stopped.
+pub(super) fn when_the_disk_has_room<T>(job: &Job, mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    let mut is_told = false;
+    loop {
+        match write() {
+            Err(error) if is_full(&error) && !job.control().is_cancelled() => {
+                if !is_told {
+                    tracing::error!(job = job.record().id, %error, "a job waits until the disk has room");
+                }
+                is_told = true;
+                thread::sleep(BETWEEN_WRITES);
+            }
+            done => return done,
+        }
     }
 }
 

@@ -44,6 +44,11 @@ impl Tiles {
     pub(super) fn add(&mut self, tile: &Tile) -> io::Result<()> {
         self.file.append(&self.owner.write(tile)?)
     }
+
+    /// Gives the room of all tiles back.
+    pub(super) fn clear(&mut self) -> io::Result<()> {
+        self.file.truncate(0).map(drop)
+    }
 }
 
 #[cfg(test)]

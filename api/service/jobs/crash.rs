@@ -4,7 +4,7 @@
 use super::outbox::{DeliveryState, Parcel};
 use super::record::{JobSpec, Record, State};
 use super::{DATA, Job, JobObserver, Jobs};
-use crate::service::error::StartError;
+use crate::service::error::{Error, StartError};
 use crate::service::limits::JobLimits;
 use crate::service::memory_budget::MemoryBudget;
 use crate::service::pictures::file::PictureFile;
@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 
-const SCENE: &str = r#"{
+pub(super) const SCENE: &str = r#"{
   "version": 1,
   "image": { "width": 48, "height": 40 },
   "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
@@ -42,12 +42,12 @@ impl JobObserver for Nobody {
 }
 
 /// A service as far as jobs need one.
-struct Opened {
-    jobs: Arc<Jobs>,
+pub(super) struct Opened {
+    pub(super) jobs: Arc<Jobs>,
     _folder: Folder,
 }
 
-fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
+pub(super) fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
     let limits = JobLimits {
         jobs: 10,
         job_max_pixels: 10_000,
@@ -68,7 +68,11 @@ fn open(pool: &Arc<Pool>, path: &Path) -> Result<Opened, StartError> {
 }
 
 impl Opened {
-    fn submit(&self, scene: &str, made: Option<&PictureFile>) -> Arc<Job> {
+    pub(super) fn submit(&self, scene: &str, made: Option<&PictureFile>) -> Arc<Job> {
+        self.try_submit(scene, made).expect("it is accepted")
+    }
+
+    pub(super) fn try_submit(&self, scene: &str, made: Option<&PictureFile>) -> Result<Arc<Job>, Error> {
         let (format, settings) = (Format::Json, Overrides::default());
         let record = Record {
             tenant: "acme".into(),
@@ -81,10 +85,10 @@ impl Opened {
             scene_bytes: 1_000,
             ..Record::new(JobSpec { scene: String::new(), format, settings, output: FileFormat::Png8 })
         };
-        self.jobs.submit(record, scene.as_bytes(), 10, None, made).expect("it is accepted")
+        self.jobs.submit(record, scene.as_bytes(), 10, None, made)
     }
 
-    fn wait(&self, job: &Job) -> State {
+    pub(super) fn wait(&self, job: &Job) -> State {
         let started = Instant::now();
         while !job.record().state.is_final() {
             assert!(started.elapsed() < Duration::from_secs(60), "a job does not end");

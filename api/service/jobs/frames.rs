@@ -5,7 +5,7 @@
 //! tiles are.
 
 use super::Jobs;
-use super::backend::disk;
+use super::backend::{disk, when_the_disk_has_room};
 use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
@@ -222,7 +222,8 @@ impl Film<'_> {
                 return Err(job.why_stopped());
             }
             let id = job.record().id.clone();
-            if let Err(error) = jobs.files.put_frame(&id, number, &files) {
+            let kept = when_the_disk_has_room(job, || jobs.files.put_frame(&id, number, &files));
+            if let Err(error) = kept {
                 tracing::error!(%error, "a finished frame cannot be kept");
                 job.stop(disk(&error));
                 return Err(job.why_stopped());

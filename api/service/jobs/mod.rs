@@ -13,6 +13,8 @@ mod event_log;
 mod files;
 mod finish;
 mod frames;
+#[cfg(test)]
+mod full_disk;
 mod job;
 mod leftovers;
 mod orphans;
@@ -217,7 +219,12 @@ impl Jobs {
         if self.records.front().is_some() {
             return self.mark_forgotten(job).map(drop);
         }
-        job.forgotten.store(true, Ordering::SeqCst);
+        {
+            // From here on no change writes the record again.
+            let _turn = locked(&job.changing);
+            self.records.remove(&[Arc::clone(job)])?;
+            job.forgotten.store(true, Ordering::SeqCst);
+        }
         self.cancel(job)?;
         let is_open = {
             let mut registry = locked(&self.registry);
@@ -228,13 +235,8 @@ impl Jobs {
             }
             is_open
         };
-        if is_open {
-            // The rest follows when it is closed.
-            self.forget_record(job);
-        } else {
-            self.forget_all(&[Arc::clone(job)]);
-        }
-        Ok(())
+        // The files of an open one follow when it is closed.
+        if is_open { Ok(()) } else { self.forget_all(&[Arc::clone(job)]) }
     }
 
     /// Opens no more jobs, and suspends open ones if another process can go on with them.
@@ -299,7 +301,6 @@ impl Jobs {
         if job.forgotten.load(Ordering::SeqCst) {
             let record = job.record().clone();
             registry.release_files(&record, &self.files);
-            self.forget_record(job);
         }
         drop(registry);
         self.open_next();

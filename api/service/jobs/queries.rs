@@ -2,7 +2,7 @@
 
 use super::files::frame_name;
 use super::job::{Job, locked};
-use super::record::{JobSpec, Record, State};
+use super::record::{JobSpec, Record, State, is_job_id};
 use super::registry::{estimate, rank, remaining};
 use super::{Jobs, canvas};
 use crate::service::error::Error;
@@ -16,7 +16,6 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use strahl::film::FileFormat;
 use tokio::sync::watch;
-use uuid::Uuid;
 
 /// Bytes for each pixel of a picture that is decoded and made smaller: 16 bits for each channel, twice.
 const DECODED_BYTES: u64 = 16;
@@ -30,7 +29,7 @@ impl Jobs {
     /// A job, also one that another front has accepted a moment ago. An error says that it is not known whether there is one.
     pub(crate) async fn find_lately(&self, id: &str) -> Result<Option<Arc<Job>>, Error> {
         let found = self.find(id);
-        if found.is_some() || self.shared.is_none() || Uuid::try_parse(id).is_err() {
+        if found.is_some() || self.shared.is_none() || !is_job_id(id) {
             return Ok(found);
         }
         let is_up_to_date = self.catch_up().await;
@@ -125,6 +124,11 @@ impl Jobs {
         tenants.dedup();
         let alone = ahead.iter().sum::<f64>() + running + estimate(job);
         Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
+    }
+
+    /// Whether the disk does not take the records of jobs. It is tried again each second.
+    pub(crate) fn is_unwritable(&self) -> bool {
+        self.records.is_failing()
     }
 
     /// Numbers of waiting jobs and of jobs that are worked on.

@@ -28,6 +28,11 @@ pub(super) trait Records: fmt::Debug + Send + Sync {
     /// Notes that time, as every write does.
     fn keep_time(&self) -> io::Result<()>;
 
+    /// Whether what was last to be written could not be.
+    fn is_failing(&self) -> bool {
+        false
+    }
+
     /// The name of this process among those that write records; none if it is alone.
     fn front(&self) -> Option<&str> {
         None

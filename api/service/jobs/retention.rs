@@ -29,7 +29,9 @@ impl Jobs {
     pub(crate) fn tick(&self) {
         let now = self.records.time();
         let is_empty = locked(&self.registry).jobs.is_empty();
-        if !is_empty && now >= self.time_kept.load(Ordering::Relaxed) + TIME_KEPT {
+        let is_due = !is_empty && now >= self.time_kept.load(Ordering::Relaxed) + TIME_KEPT;
+        // Records that could not be written tell by this when they can be again.
+        if is_due || self.records.is_failing() {
             self.time_kept.store(now, Ordering::Relaxed);
             if let Err(error) = self.records.keep_time() {
                 tracing::error!(%error, "how long the service has run cannot be written down");
@@ -64,7 +66,9 @@ impl Jobs {
             }
         }
         expired.iter().for_each(|job| self.expire(job));
-        self.forget_all(&forgotten);
+        if let Err(error) = self.forget_all(&forgotten) {
+            tracing::error!(%error, "records of old jobs cannot be removed");
+        }
         self.make_room();
         self.remove_leftovers();
         self.tell_late_ends();
@@ -133,22 +137,15 @@ impl Jobs {
         }
     }
 
-    /// Deletes jobs that have ended.
-    pub(super) fn forget_all(&self, jobs: &[Arc<Job>]) {
+    /// Deletes jobs that have ended. Without their records they would come back, so those go first.
+    pub(super) fn forget_all(&self, jobs: &[Arc<Job>]) -> io::Result<()> {
         if jobs.is_empty() {
-            return;
+            return Ok(());
         }
         if self.records.front().is_some() {
-            for job in jobs {
-                if let Err(error) = self.mark_forgotten(job) {
-                    tracing::error!(job = job.record().id, %error, "a job cannot be forgotten");
-                }
-            }
-            return;
+            return jobs.iter().try_for_each(|job| self.mark_forgotten(job).map(drop));
         }
-        if let Err(error) = self.records.remove(jobs).map_err(io::Error::from) {
-            tracing::error!(%error, "records cannot be removed");
-        }
+        self.records.remove(jobs)?;
         let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
         self.files.remove_tiles_of(&ids);
         let mut registry = locked(&self.registry);
@@ -157,13 +154,7 @@ impl Jobs {
             let record = job.record().clone();
             registry.release_files(&record, &self.files);
         }
-    }
-
-    /// Removes a record from where records live.
-    pub(super) fn forget_record(&self, job: &Arc<Job>) {
-        if let Err(error) = self.records.remove(&[Arc::clone(job)]).map_err(io::Error::from) {
-            tracing::error!(job = job.record().id, %error, "a record cannot be removed");
-        }
+        Ok(())
     }
 }
 

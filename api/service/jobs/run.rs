@@ -1,6 +1,6 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
 
-use super::backend::{Backend, Local, Remote, disk, scene_of};
+use super::backend::{Backend, Local, Remote, disk, scene_of, when_the_disk_has_room};
 use super::canvas::Canvas;
 use super::finish::code;
 use super::job::{Job, Stopped, locked};
@@ -171,7 +171,8 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         return Err(job.why_stopped());
     }
     let record = job.record().clone();
-    jobs.keep_picture(&record, &finished.made, &finished.preview).map_err(|error| disk(&error))?;
+    let kept = when_the_disk_has_room(job, || jobs.keep_picture(&record, &finished.made, &finished.preview));
+    kept.map_err(|error| job.why_stopped_or(disk(&error)))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
     record.stats.rays = rays;

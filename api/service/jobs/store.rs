@@ -3,7 +3,7 @@
 //! redb rather than SQLite: keys and values are enough, it is plain Rust, so that the static binary needs no C, and it builds
 //! in seconds.
 
-use super::job::Job;
+use super::job::{Job, locked};
 use super::record::Record;
 use super::records::Records;
 use crate::service::clock::RunTime;
@@ -15,8 +15,9 @@ use std::cell::Cell;
 use std::fs;
 use std::io;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
-use std::path::Path;
-use std::sync::{Arc, Once};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Once};
 
 /// Milliseconds that services have run on the folder.
 const TIME: TableDefinition<'_, (), u64> = TableDefinition::new("time");
@@ -30,7 +31,11 @@ const UNFINISHED: &str = "jobs.redb.new";
 /// The database.
 #[derive(Debug)]
 pub(super) struct Store {
-    database: Database,
+    path: PathBuf,
+    /// None after an error of the disk: redb takes nothing more until it is opened again.
+    database: Mutex<Option<Database>>,
+    /// Whether the last write failed.
+    is_failing: AtomicBool,
     /// How long services have run on the folder.
     run_time: RunTime,
 }
@@ -68,9 +73,10 @@ impl Store {
             let transaction = database.begin_read()?;
             // Versions before had no such table.
             let before = transaction.open_table(TIME).ok().map(|table| table.get(())).transpose()?.flatten();
-            let store = Self { database, run_time: RunTime::after(before.map_or(0, |before| before.value())) };
-            let contents = store.contents()?;
-            Ok((store, contents))
+            let run_time = RunTime::after(before.map_or(0, |before| before.value()));
+            let contents = contents(&database)?;
+            let (database, is_failing) = (Mutex::new(Some(database)), AtomicBool::new(false));
+            Ok((Self { path: path.clone(), database, is_failing, run_time }, contents))
         });
         opened.map_err(|error| StartError::Machine(format!("{}: {}", path.display(), advice(&error))))
     }
@@ -83,9 +89,8 @@ impl Store {
             _ => {}
         }
         let database = Database::builder().create_with_backend(DatabaseFile::open(&unfinished)?)?;
-        let store = Self { database, run_time: RunTime::after(0) };
-        store.keep_time()?;
-        drop(store);
+        write(&database, 0, |_| Ok(()))?;
+        drop(database);
         disk::rename(&unfinished, &path)?;
         Ok(disk::sync_parent(&path)?)
     }
@@ -94,32 +99,52 @@ impl Store {
         &self,
         change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), StorageError>,
     ) -> io::Result<()> {
-        let transaction = self.database.begin_write().map_err(io::Error::other)?;
-        {
-            let mut table = transaction.open_table(JOBS).map_err(io::Error::other)?;
-            change(&mut table).map_err(io::Error::other)?;
-            let mut time = transaction.open_table(TIME).map_err(io::Error::other)?;
-            time.insert((), self.run_time.ms()).map_err(io::Error::other)?;
-        }
-        transaction.commit().map_err(io::Error::other)
+        let mut open = locked(&self.database);
+        let changed = caught(|| {
+            let database = match open.take() {
+                Some(database) => database,
+                None => Database::builder().create_with_backend(DatabaseFile::open(&self.path)?)?,
+            };
+            write(&database, self.run_time.ms(), change)?;
+            *open = Some(database);
+            Ok(())
+        });
+        self.is_failing.store(changed.is_err(), Ordering::Relaxed);
+        changed.map_err(|error| match error {
+            redb::Error::Io(error) => error,
+            error => io::Error::other(error),
+        })
     }
+}
 
-    fn contents(&self) -> Result<Contents, redb::Error> {
-        let transaction = self.database.begin_read()?;
-        let table = transaction.open_table(JOBS)?;
-        let (mut records, mut others) = (Vec::new(), false);
-        for entry in table.iter()? {
-            let (id, json) = entry?;
-            match serde_json::from_slice(json.value()) {
-                Ok(record) => records.push(record),
-                Err(error) => {
-                    tracing::warn!(job = id.value(), %error, "a job's record cannot be read");
-                    others = true;
-                }
+fn write(
+    database: &Database,
+    run_time: u64,
+    change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), StorageError>,
+) -> Result<(), redb::Error> {
+    let transaction = database.begin_write()?;
+    {
+        change(&mut transaction.open_table(JOBS)?)?;
+        transaction.open_table(TIME)?.insert((), run_time)?;
+    }
+    Ok(transaction.commit()?)
+}
+
+fn contents(database: &Database) -> Result<Contents, redb::Error> {
+    let transaction = database.begin_read()?;
+    let table = transaction.open_table(JOBS)?;
+    let (mut records, mut others) = (Vec::new(), false);
+    for entry in table.iter()? {
+        let (id, json) = entry?;
+        match serde_json::from_slice(json.value()) {
+            Ok(record) => records.push(record),
+            Err(error) => {
+                tracing::warn!(job = id.value(), %error, "a job's record cannot be read");
+                others = true;
             }
         }
-        Ok(Contents { records, others })
     }
+    Ok(Contents { records, others })
 }
 
 /// Each write is on disk when it returns. No other process writes, so none is refused.
@@ -149,6 +174,10 @@ impl Records for Store {
     fn keep_time(&self) -> io::Result<()> {
         self.change(|_| Ok(()))
     }
+
+    fn is_failing(&self) -> bool {
+        self.is_failing.load(Ordering::Relaxed)
+    }
 }
 
 /// Runs what opens a database. redb panics where a damaged one does not fit; then that is an error, and nothing is printed.
@@ -175,7 +204,9 @@ fn advice(error: &redb::Error) -> String {
     match error {
         redb::Error::DatabaseAlreadyOpen => "Another process uses the folder: each needs one of its own.".into(),
         redb::Error::Io(error) if !matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof) => {
-            format!("{error}\n\nThe service has to write into this folder: name another with --data DIR.")
+            format!(
+                "{error}\n\nThe service has to write into this folder: make room on its disk or give it the rights, or name another with --data DIR, which begins without these jobs."
+            )
         }
         damaged => format!(
             "the database of jobs is damaged ({damaged}).\n\nRestore {NAME} from a backup. Or remove it and everything \

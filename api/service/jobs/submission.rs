@@ -168,21 +168,20 @@ impl Jobs {
                 detail: "another front has accepted a job with this Idempotency-Key meanwhile; send it again".into(),
                 retry_after: 1,
             },
-            Refused::Failed(error) => {
+            Refused::Failed(error) if self.records.front().is_some() => {
                 tracing::error!(%error, "a job's record cannot be written");
-                if self.records.front().is_some() {
-                    let detail = "the farm's broker or its store takes nothing now; the service's log says why";
-                    Error::Busy { detail: detail.into(), retry_after: 5 }
-                } else {
-                    Error::Internal("the job's record cannot be written; the service's log says why")
-                }
+                let detail = "the farm's broker or its store takes nothing now; the service's log says why";
+                Error::Busy { detail: detail.into(), retry_after: 5 }
             }
+            Refused::Failed(error) => Error::unwritten("the job cannot be kept", &error),
         })?;
         // Other fronts may have accepted jobs at the same moment: the broker's order decides which are too many.
         if let (Some(before), None) = (before, made)
             && let Err(error) = self.check_unfinished(before, most, retry_after)
         {
-            self.forget_all(&[job]);
+            if let Err(error) = self.forget_all(&[job]) {
+                tracing::error!(%error, "a job that is one too many cannot be forgotten");
+            }
             return Err(error);
         }
         if made.is_some() {

@@ -3,9 +3,11 @@
 
 use super::event_log::{Event, before_life};
 use super::job::{Job, Stopped, locked};
+use super::outbox::DeliveryState;
 use super::record::{Failure, Record, State, now};
 use super::{CRASHES, Jobs};
 use crate::service::clock::milliseconds;
+use crate::service::error::is_full;
 use crate::service::storage::revisions::Refused;
 use std::io;
 use std::sync::Arc;
@@ -102,7 +104,7 @@ impl Jobs {
         };
         let is_mine = loop {
             match self.change(job, change) {
-                Err(error) if front.is_some() && !job.control().is_cancelled() => {
+                Err(error) if (front.is_some() || is_full(&error)) && !job.control().is_cancelled() => {
                     tracing::error!(job = job.record().id, %error, "a record cannot be written");
                     thread::sleep(BETWEEN_WRITES);
                 }
@@ -144,15 +146,16 @@ impl Jobs {
         };
         let mut is_doubtful = false;
         loop {
-            match self.change(job, change) {
+            let error = match self.change(job, change) {
                 Ok(true) => break,
                 // It was written, and only the answer was lost.
                 Ok(false) if is_doubtful && has_ended_in(life) => break,
                 Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
-                Err(error) => tracing::error!(job = job.record().id, %error, "a record cannot be written"),
-            }
+                Err(error) => error,
+            };
+            tracing::error!(job = job.record().id, %error, "a record cannot be written");
             is_doubtful = true;
-            if self.records.front().is_none() {
+            if self.records.front().is_none() && !is_full(&error) {
                 // It has ended all the same, until the service is started again.
                 let (mut record, revision) = job.stored();
                 change(&mut record);
@@ -196,6 +199,9 @@ impl Jobs {
         record.last_event = Some(last + 1);
         record.stats.rays = record.stats.rays.max(job.rays.load(Ordering::Relaxed));
         let leaves_files = state != State::Succeeded;
+        if let Some(store) = record.outbox.store.as_mut().filter(|_| leaves_files) {
+            store.end(DeliveryState::Dead, Some("the job has no picture".into()));
+        }
         record.front = self.records.front().filter(|_| leaves_files).map(str::to_owned);
     }
 

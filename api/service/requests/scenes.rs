@@ -9,6 +9,7 @@ use crate::service::scenes::prepared::{PreparedScene, planned};
 use crate::service::scenes::store::{Released, Source};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Task;
+use std::io;
 use std::sync::Arc;
 use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
@@ -49,10 +50,7 @@ impl Service {
         zoom: u32,
     ) -> Result<Remembered, Error> {
         let store = &self.scenes.store;
-        let unwritten = |error| {
-            tracing::error!(%error, "a scene cannot be written into the folder");
-            Error::Internal("the scene cannot be remembered; the service's log says why")
-        };
+        let unwritten = |error: io::Error| Error::unwritten("the scene cannot be remembered", &error);
         let ready = match self.scenes.cached(Some(tenant), &sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {

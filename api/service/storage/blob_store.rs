@@ -17,6 +17,9 @@ const DIGEST: usize = 32;
 /// Bytes before the head: digest of name and head, digest of the body, length of the head.
 const PREFIX: usize = 2 * DIGEST + 8;
 
+/// Bytes by which a head may be longer than another of the same bytes.
+const GROWTH: u64 = 1 << 20;
+
 /// The folder. One process has it at a time.
 #[derive(Debug)]
 pub(crate) struct BlobStore {
@@ -95,13 +98,17 @@ impl BlobStore {
         name: &str,
         read: impl FnOnce(&mut File, Prefix, Vec<u8>) -> io::Result<Option<T>>,
     ) -> Option<T> {
-        self.index.get(name)?;
+        let written = self.index.get(name)?;
         let found = File::open(self.folder.join(name)).and_then(|mut file| {
             if self.budget < u64::MAX {
                 // So that the order survives a restart; without it only that is lost.
                 let _ = file.set_modified(SystemTime::now());
             }
             let length = file.metadata()?.len();
+            // Another program has let it grow. Heads of the same bytes may be longer.
+            if length / 2 > written + GROWTH {
+                return Ok(None);
+            }
             let Some((prefix, head)) = Prefix::read(&mut file, length, name)? else { return Ok(None) };
             read(&mut file, prefix, head)
         });
@@ -289,6 +296,17 @@ mod tests {
         blobs.put("b", b"head", b"other").unwrap();
         fs::rename(folder.path().join("b"), &path).unwrap();
         assert_eq!(blobs.head("a"), None, "whole, but of another name");
+    }
+
+    #[test]
+    fn a_file_that_another_program_let_grow_is_not_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let blobs = open(folder.path(), u64::MAX);
+        blobs.put("a", b"head", b"body").unwrap();
+        let path = folder.path().join("a");
+        // 8 GiB that take no room.
+        File::options().write(true).open(&path).unwrap().set_len(8 << 30).unwrap();
+        assert!(blobs.get("a").is_none() && !path.exists());
     }
 
     #[test]

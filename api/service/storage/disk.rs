@@ -109,9 +109,14 @@ impl DiskFile {
         Ok(Self { file, path: path.into(), length })
     }
 
-    /// Writes at the end.
+    /// Writes at the end, all or nothing.
     pub(crate) fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.write_all(bytes)?;
+        room(&self.path)?;
+        if let Err(error) = self.file.write_all(bytes) {
+            // The disk may be full in the middle of them.
+            self.truncate(self.length)?;
+            return Err(error);
+        }
         note(|| Change::Write(self.path.clone(), self.length, bytes.into()));
         self.length += bytes.len() as u64;
         Ok(())
@@ -163,6 +168,7 @@ impl StorageBackend for DatabaseFile {
     }
 
     fn set_len(&self, length: u64) -> io::Result<()> {
+        room(&self.path)?;
         self.file.set_len(length)?;
         note(|| Change::SetLength(self.path.clone(), length));
         Ok(())
@@ -175,6 +181,7 @@ impl StorageBackend for DatabaseFile {
     }
 
     fn write(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        room(&self.path)?;
         self.file.write(offset, bytes)?;
         note(|| Change::Write(self.path.clone(), offset, bytes.into()));
         Ok(())
@@ -207,3 +214,14 @@ fn note(change: impl FnOnce() -> Change) {
 
 #[cfg(not(test))]
 fn note(_: impl FnOnce() -> Change) {}
+
+/// Whether a test lets the disk be full.
+#[cfg(test)]
+fn room(path: &Path) -> io::Result<()> {
+    super::journal::room(path)
+}
+
+#[cfg(not(test))]
+fn room(_: &Path) -> io::Result<()> {
+    Ok(())
+}

@@ -11,6 +11,8 @@ use tempfile::TempDir;
 
 /// The marker, which is the lock as well.
 const MARKER: &str = "strahl-folder.toml";
+/// More than it has.
+const MARKER_BYTES: u64 = 4_096;
 /// Version of what is in a folder.
 const VERSION: u32 = 1;
 /// What file systems put into a new one.
@@ -78,8 +80,13 @@ impl Folder {
             )),
         };
         let marker = path.join(MARKER);
-        if !marker.try_exists().map_err(wrong)? {
-            check_strangers()?;
+        match fs::metadata(&marker) {
+            Ok(about) if !about.is_file() => {
+                return Err(refused(format!("{MARKER} is no file"), "Name another folder, or remove it."));
+            }
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => check_strangers()?,
+            Err(error) => return Err(wrong(error)),
         }
         let marker = DiskFile::open(&marker).map_err(wrong)?;
         match marker.reader().try_lock() {
@@ -91,7 +98,7 @@ impl Folder {
             _ => {}
         }
         let mut text = String::new();
-        let is_text = marker.reader().read_to_string(&mut text).is_ok();
+        let is_text = marker.reader().take(MARKER_BYTES).read_to_string(&mut text).is_ok();
         let is_marked = match toml::from_str::<Marker>(&text) {
             Ok(Marker { kind: other, .. }) if other != kind.name => {
                 let why = format!("the folder is one of strahl's, but for another purpose ({other})");
@@ -220,6 +227,20 @@ mod tests {
             fs::write(at("empty").join(MARKER), text.replace(was, is)).unwrap();
             assert!(refusal(&at("empty")).contains(expected));
             fs::write(at("empty").join(MARKER), text).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_marker_is_a_file() {
+        let root = tempfile::tempdir().unwrap();
+        fs::create_dir(root.path().join(MARKER)).unwrap();
+        assert!(refusal(root.path()).contains("is no file"));
+        #[cfg(unix)]
+        {
+            // One that can be read without end.
+            fs::remove_dir(root.path().join(MARKER)).unwrap();
+            std::os::unix::fs::symlink("/dev/zero", root.path().join(MARKER)).unwrap();
+            assert!(refusal(root.path()).contains("is no file"));
         }
     }
 

@@ -4,6 +4,7 @@
 use super::disk::Change;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -33,6 +34,24 @@ pub(super) fn note(change: Change) {
     if let Some((_, changes)) = journals.iter_mut().find(|(of, _)| change.path().starts_with(of)) {
         changes.push(change);
     }
+}
+
+/// Folders whose disk is full.
+static FULL: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Lets the disk of a folder be full, or have room again.
+pub(crate) fn set_full(folder: &Path, is_full: bool) {
+    let mut full = FULL.lock().unwrap();
+    full.retain(|of| of != folder);
+    if is_full {
+        full.push(folder.to_owned());
+    }
+}
+
+/// An error if the disk of a file is full.
+pub(super) fn room(path: &Path) -> io::Result<()> {
+    let is_full = FULL.lock().unwrap().iter().any(|of| path.starts_with(of));
+    if is_full { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
 impl Change {

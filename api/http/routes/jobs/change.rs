@@ -1,11 +1,12 @@
 //! Changing, canceling and deleting jobs.
 
 use super::ID;
-use crate::http::extract::body;
 use crate::http::extract::named_job::NamedJob;
+use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::job::{JobView, etag, shown};
+use crate::service::error::Error;
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
 use std::io;
@@ -15,7 +16,7 @@ const CHANGE_BYTES: usize = 4_096;
 
 pub(super) fn routes() -> Vec<Route> {
     let job = [Content::json::<JobView>()];
-    let about_forget = "Forgets a job, its picture included; it is stopped first if it still runs.";
+    let about_forget = "Forgets a job, its picture included; it is stopped first if it still runs. It costs no units.";
     vec![
         Route::patch(
             "/v1/jobs/{id}",
@@ -27,12 +28,15 @@ pub(super) fn routes() -> Vec<Route> {
         .header("If-Match", "The job's ETag: the change is refused if the job has been changed since.")
         .body(Body::json::<JobChange>("What is to be changed").or("application/merge-patch+json"))
         .answer(200, "The job", &job),
-        Route::post("/v1/jobs/{id}/cancel", cancel, ["cancelJob", "jobs", "Stops a job."])
+        // Who has no units left must be able to stop what takes them.
+        Route::post("/v1/jobs/{id}/cancel", cancel, ["cancelJob", "jobs", "Stops a job. It costs no units."])
             .needs(Scope::Jobs)
+            .free()
             .path("id", ID)
             .answer(202, "The job, which stops within a tenth of a second", &job),
         Route::delete("/v1/jobs/{id}", forget, ["forgetJob", "jobs", about_forget])
             .needs(Scope::Jobs)
+            .free()
             .path("id", ID)
             .answer(204, "It is forgotten", &[]),
     ]
@@ -58,8 +62,7 @@ async fn change(
     if body.as_ref().len() > CHANGE_BYTES {
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }
-    let change: JobChange = serde_json::from_slice(body.as_ref())
-        .map_err(|error| Problem::new(Kind::InvalidRequest, format!("{expected}: {error}")))?;
+    let change: JobChange = json_body::read(body.as_ref(), expected)?;
     if change.priority.is_some_and(|priority| priority > 100) {
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }
@@ -98,10 +101,9 @@ async fn cancel(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Resul
     if canceled { Ok((StatusCode::ACCEPTED, shown(&app, &job).await).into_response()) } else { Err(over(&job)) }
 }
 
-/// Where records live nothing answers.
+/// The change cannot be written where records live.
 fn not_kept(error: io::Error) -> Problem {
-    tracing::error!(%error, "a record cannot be written");
-    Problem::new(Kind::Internal, "the change cannot be kept")
+    Error::unwritten("the change cannot be kept", &error).into()
 }
 
 /// It has ended, so there is nothing to change.
