@@ -29,8 +29,8 @@ pub struct Tree {
     /// Samples of the pixel; each has a camera ray.
     pub samples: u32,
     /// The pixel's linear value: the mean of its samples in double precision, and then `raised`. A sample is the sum of its rays'
-    /// contributions, times the number of samples, added in the order of `rays` in this precision together with the rounding
-    /// errors of these additions.
+    /// contributions, that of `fog` before its own, times the number of samples, added in the order of `rays` in this precision
+    /// together with the rounding errors of these additions.
     pub value: [f64; 3],
     /// What the proved mode adds so that the pixel lies in the middle of what it may be; 0 for most pixels.
     pub raised: [f64; 3],
@@ -83,6 +83,9 @@ pub struct Node {
     /// What it adds to the pixel itself, its children left out: ambient light, emission or background, and for shadow rays the
     /// light they let through.
     pub contribution: [f64; 3],
+    /// What fog on its way adds in front of a surface that is only partly there. Elsewhere that is part of `contribution`.
+    #[serde(skip_serializing_if = "is_dark")]
+    pub fog: [f64; 3],
     /// Start.
     pub origin: [f64; 3],
     /// Unit direction; for shadow rays towards the light.
@@ -104,6 +107,10 @@ pub struct Node {
     /// Rays that would have left from here but were not followed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_followed: Vec<Ended>,
+}
+
+fn is_dark(light: &[f64; 3]) -> bool {
+    *light == [0.0; 3]
 }
 
 /// A medium a ray is in.
@@ -152,7 +159,7 @@ impl Node {
     /// Makes it one of a number of samples.
     fn share(&mut self, samples: f64) {
         let ended = self.not_followed.iter_mut().map(|ended| &mut ended.weight);
-        for light in [&mut self.weight, &mut self.contribution].into_iter().chain(ended) {
+        for light in [&mut self.weight, &mut self.contribution, &mut self.fog].into_iter().chain(ended) {
             *light = light.map(|channel| channel / samples);
         }
     }
@@ -298,6 +305,7 @@ fn blank() -> Node {
         depth: 1,
         weight: [0.0; 3],
         contribution: [0.0; 3],
+        fog: [0.0; 3],
         origin: [0.0; 3],
         direction: [0.0; 3],
         media: Vec::new(),
@@ -342,9 +350,10 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         self.push(Node { contribution: wide(radiance), ..blank() });
     }
 
+    /// A ray that adds twice has added the fog on its way first.
     fn contributes(&mut self, ray: u32, radiance: V3<L>) {
         if let Some(node) = self.node(ray) {
-            node.contribution = wide(radiance);
+            node.fog = std::mem::replace(&mut node.contribution, wide(radiance));
         }
     }
 

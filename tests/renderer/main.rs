@@ -57,6 +57,7 @@ mod scene {
     mod nff_files;
     mod spd;
     mod variations;
+    mod warnings;
 }
 mod sequence {
     mod frames;

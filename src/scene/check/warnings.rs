@@ -2,13 +2,15 @@
 
 use crate::control;
 use crate::lanes::Real;
-use crate::scene::description::{Description, Fresnel, Light, Object, Vec3};
+use crate::scene::description::{Description, Diffuse, Fresnel, Light, Object, Vec3};
 use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
 
+/// Backgrounds from here on are likely codes.
+const WHITE_CODES: f64 = 100.0;
 /// Pointer of the warning that there is no light.
 const DARK: &str = "/lights";
 
@@ -27,6 +29,7 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
+    warnings.extend(codes_for_colors(description));
     if !description.lights.iter().any(Light::shines) {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new(DARK, Code::Degenerate, detail));
@@ -67,12 +70,32 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
     warnings
 }
 
-/// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too.
+/// Colours that are likely meant as codes from 0 to 255.
+fn codes_for_colors(description: &Description) -> impl Iterator<Item = Problem> {
+    let how = "colours are linear, from 0 to 1, or sRGB as \"#rrggbb\"";
+    let diffuse = description.materials.iter().filter_map(move |(name, material)| {
+        let Diffuse::Uniform(color) = &material.diffuse else { return None };
+        let most = Some(color.0.max_element()).filter(|most| *most > 1.0)?;
+        let pointer = push_token(&push_token("/materials", name), "diffuse");
+        let detail = format!("{most} is above 1: the surface scatters more light than it gets; {how}");
+        Some(Problem::new(pointer, Code::OutOfRange, detail))
+    });
+    let most = description.background.0.max_element();
+    let background = (most >= WHITE_CODES).then(|| {
+        Problem::new("/background", Code::OutOfRange, format!("{most} is far above white, which is 1; {how}"))
+    });
+    diffuse.chain(background)
+}
+
+/// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too, and rays may bring surfaces the
+/// light of the surroundings.
 pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &World<R>) {
     let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
     let lights = [Effect::AmbientLight, Effect::Emission, Effect::EnvironmentLight];
     let shines = lights.iter().any(|effect| world.effects.has(*effect));
-    if glows || shines {
+    let gathers = [Effect::ColorBleeding, Effect::GlobalIllumination].iter().any(|effect| world.effects.has(*effect));
+    let brings = gathers && (shows(world.background) || world.environment.is_some());
+    if glows || shines || brings {
         warnings.retain(|warning| warning.pointer != DARK);
     }
     warnings.truncate(limits::PROBLEMS.max as usize);

@@ -63,11 +63,6 @@ pub(super) fn build<R: Real>(
     if builder.usage.enclosed {
         environment = None;
     }
-    // Inside of bodies is no fog.
-    let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
-    if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
-        environment = None;
-    }
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
     let faithful = pbr::traces_light(render);
     let catches = builder.materials.iter().any(Material::catches_shadows);
@@ -75,6 +70,11 @@ pub(super) fn build<R: Real>(
     // What catches shadows has no rays of its own for the light from around.
     let without_rays = if faithful { catches } else { lights_surfaces };
     let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
+    // Fog hides the surroundings from rays, not the light on surfaces. Inside of bodies is no fog.
+    let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
+    if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
+        environment = None;
+    }
     // Fog would fade the light on its way.
     let looked_for = faithful && fog.is_none();
     let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));

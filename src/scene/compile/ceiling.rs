@@ -7,7 +7,7 @@ use crate::accel::least_distances;
 use crate::bound::ceiling::{Ceiling, MaterialBound, brightest};
 use crate::lanes::Real;
 use crate::math::Rgb;
-use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description};
+use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description, Fidelity};
 use crate::scene::problem::push_token;
 use crate::scene::world::World;
 use crate::shading::light::{Area, Falloff, Light, Source};
@@ -32,12 +32,11 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
     let beyond = background(world);
     let surfaces = if world.rules.gathers() { with_gathered(description, world, beyond, surfaces) } else { surfaces };
     let split = split(world);
-    if world.rules.color_bleeding && !world.rules.gathers() {
-        // With ambient light in its place it is another picture, brighter or darker.
-        let why =
-            "a max_depth of 1 leaves no ray for color_bleeding: surfaces have ambient light, and the picture is held \
-                   against itself"
-                .to_owned();
+    if let Some(light) = light_without_rays(description, world) {
+        // With other light in its place it is another picture, brighter or darker.
+        let why = format!(
+            "a max_depth of 1 leaves no ray for {light}: surfaces have ambient light, and the picture is held against itself"
+        );
         return Ceiling::by_depth(beyond, &surfaces, split, 1, why, vec!["/render/max_depth".to_owned()]);
     }
     match chosen_depth(description) {
@@ -46,6 +45,15 @@ pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> C
             Ceiling::by_depth(beyond, &surfaces, split, depth, why, vec!["/render/max_depth".to_owned()])
         }
         None => Ceiling::endless(beyond, &surfaces, split, depth(description)),
+    }
+}
+
+/// The light that is asked for by rays, if none of them may be followed.
+fn light_without_rays<R: Real>(description: &Description, world: &World<R>) -> Option<&'static str> {
+    if description.render.fidelity == Fidelity::Faithful && !world.rules.faithful {
+        Some("fidelity \"faithful\"")
+    } else {
+        (world.rules.color_bleeding && !world.rules.gathers()).then_some("color_bleeding")
     }
 }
 

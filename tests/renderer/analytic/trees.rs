@@ -53,9 +53,12 @@ fn mean(tree: &Tree) -> [f64; 3] {
     assert_eq!(all, tree.samples as usize);
     std::array::from_fn(|i| {
         let mut sums = vec![(0.0, 0.0); all];
-        for (ray, sample) in tree.rays.iter().zip(&samples) {
-            // What it adds to its sample.
-            let part = ray.contribution[i] * count;
+        let parts = tree.rays.iter().zip(&samples).flat_map(|(ray, sample)| {
+            let own = |light: [f64; 3]| (light[i] * count, sample);
+            [own(ray.fog), own(ray.contribution)]
+        });
+        // What each adds to its sample.
+        for (part, sample) in parts {
             let (sum, errors) = &mut sums[*sample];
             (*sum, *errors) = match tree.precision {
                 "single" => {
@@ -199,4 +202,31 @@ fn every_ray_comes_from_the_one_it_names() {
             }
         }
     }
+}
+
+#[test]
+fn so_they_do_where_fog_is_before_what_is_only_partly_there() {
+    let objects = json!([
+        { "quad": { "vertices": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], "material": "half" } },
+        { "plane": { "point": [0, -0.8, 0], "normal": [0, 1, 0], "material": "floor" } }
+    ]);
+    let worlds = worlds(
+        objects,
+        json!({
+            "image": { "width": 24, "height": 16 },
+            "camera": pinhole(),
+            "background": [0.5, 0.4, 0.3],
+            "ambient": 0.3,
+            "fog": { "density": 0.1, "color": [0.2, 0.3, 0.5] },
+            "materials": {
+                "half": { "pbr": { "base_color": [0.8, 0.3, 0.2], "opacity": { "alpha": 0.5 } } },
+                "floor": { "pbr": { "shadow_catcher": true } }
+            },
+            "lights": [{ "point": { "position": [2, 4, 3] } }],
+            "render": { "antialias": false }
+        }),
+    );
+    trees_are_pictures(&worlds);
+    let fog = |x, y| trace_pixel(&worlds[0].scene, x, y).rays.iter().map(|ray| ray.fog[0]).sum::<f64>();
+    assert!(fog(12, 8) > 0.0);
 }

@@ -346,3 +346,37 @@ fn bounds_hold_where_light_is_traced() {
         }
     }
 }
+
+/// Without rays surfaces have ambient light, which is another picture than that of recursion without end, brighter or darker.
+#[test]
+fn at_a_depth_of_1_the_picture_is_held_against_itself() {
+    let depth = |render: Value| {
+        let floor = json!({ "diffuse": 0.5 });
+        scene(ball(floor, json!({ "environment": { "sky": {} }, "ambient": 0.5 }), render), "single")
+            .ceiling()
+            .reach
+            .max_depth
+    };
+    for accuracy in [json!({ "proved": { "max_codes": 1 } }), json!({ "fixed": {} })] {
+        assert_eq!(depth(json!({ "fidelity": "faithful", "max_depth": 1, "accuracy": accuracy })), Some(1));
+        assert_eq!(depth(json!({ "color_bleeding": true, "max_depth": 1, "accuracy": accuracy })), Some(1));
+    }
+    assert_eq!(depth(json!({ "fidelity": "faithful" })), None);
+}
+
+#[test]
+fn nobody_is_warned_of_darkness_where_rays_bring_the_light_of_the_surroundings() {
+    let dark = |around: Value, render: Value| {
+        let description = ball(json!({ "diffuse": 0.5 }), around, render);
+        let loaded = load(description.to_string().as_bytes(), Format::Json, &Overrides::default()).unwrap();
+        loaded.scene.warnings.iter().any(|warning| warning.pointer == "/lights")
+    };
+    let (faithful, bleeding) = (json!({ "fidelity": "faithful" }), json!({ "color_bleeding": true }));
+    for render in [&faithful, &bleeding] {
+        for around in [json!({ "environment": { "sky": {} } }), json!({ "background": 0.5 })] {
+            assert!(!dark(around.clone(), render.clone()), "{around} {render}");
+            assert!(dark(around.clone(), json!({})), "{around}");
+        }
+        assert!(dark(json!({ "background": 0 }), render.clone()), "{render}");
+    }
+}

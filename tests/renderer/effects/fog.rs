@@ -71,6 +71,25 @@ fn even_fog_hides_the_background_and_high_fog_does_not() {
 }
 
 #[test]
+fn fog_hides_the_surroundings_from_rays_and_not_their_light_on_surfaces() {
+    let mut clear = towards([3.0, 0.0, 0.0], [0.0; 3], json!({ "density": 0 }));
+    clear["environment"] = json!({ "sky": {}, "light": "fast" });
+    clear["materials"]["lamp"] = json!({ "diffuse": 0.8 });
+    let lit = pixels(clear.clone(), "double")[0].map(f64::from);
+    assert!(lit[0] > 0.1, "{lit:?}");
+    let mut foggy = clear.clone();
+    foggy["fog"] = json!({ "color": 0, "density": 0.1 });
+    for materials in [json!({}), json!({ "unused": { "transmission": 0.5 } })] {
+        foggy["materials"].as_object_mut().unwrap().extend(materials.as_object().unwrap().clone());
+        shows(foggy.clone(), lit.map(|light| light * (-0.3_f64).exp()), 1e-6, "a wall in fog under a sky");
+    }
+    assert!(effects(&foggy).has(Effect::EnvironmentLight));
+    let past = json!({ "orthographic": { "eye": [3, 0, 0], "look_at": [9, 0, 0], "height": 1e-3 } });
+    foggy["camera"] = past;
+    shows(foggy, [0.0; 3], 1e-6, "the sky in fog");
+}
+
+#[test]
 fn fog_that_thins_out_agrees_with_quadrature() {
     let fog = json!({ "color": FOG, "density": 0.25, "height": { "base": 0.5, "falloff": 1.5 } });
     let ends: [[f64; 3]; 5] = [[0.0, 3.0, 1.0], [4.0, 0.5, 0.0], [-2.0, -3.0, 5.0], [3.0, 3.0, -4.0], [1.0, 0.25, 2.0]];

@@ -306,7 +306,6 @@ fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         ),
         Some(environment) if environment.intensity == 0.0 => Said::asked_at("its intensity is 0: it is black", at),
         Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", at),
-        Some(_) if facts.world.fog.is_some() => Said::asked_at("fog hides it: it is infinitely far away", at),
         Some(_) => Said::asked_at("it has one colour: it is ambient light", at),
     }
 }
