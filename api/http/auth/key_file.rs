@@ -46,8 +46,13 @@ impl KeyFile {
         let text = fs::read_to_string(&self.path).map_err(|error| error.to_string());
         match text.and_then(|text| Keys::read(&text, Some(&self.keys()))) {
             Ok(new) => {
+                let file = self.path.display();
+                if new.is_empty() {
+                    tracing::error!(%file, "there are no keys any more: nobody is let in");
+                } else {
+                    tracing::info!(%file, "the keys were read again");
+                }
                 *self.keys.write() = Arc::new(new);
-                tracing::info!(file = %self.path.display(), "the keys were read again");
             }
             Err(error) => tracing::error!(file = %self.path.display(), error, "the keys stay as they were"),
         }

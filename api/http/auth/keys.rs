@@ -113,6 +113,11 @@ impl Keys {
         Ok(Self { by_id, readers, signers: Signers::new(signers) })
     }
 
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.by_id.is_empty()
+    }
+
     /// The tenant of a key.
     pub(crate) fn tenant(&self, presented: &str) -> Option<Arc<Tenant>> {
         let (id, _) = presented.strip_prefix("rk_")?.split_once('_')?;

@@ -21,6 +21,8 @@ pub(crate) struct Route {
     pub(crate) method: &'static str,
     /// The scope that a key needs. None: open to all.
     pub(crate) scope: Option<Scope>,
+    /// Whether it costs no unit of the rate limit.
+    pub(crate) is_free: bool,
     /// The handler.
     pub(crate) handler: MethodRouter<App>,
     name: &'static str,
@@ -33,8 +35,8 @@ pub(crate) struct Route {
     answers: Vec<(u16, &'static str, Vec<Content>)>,
     /// Headers of the answers.
     headers: Vec<(&'static str, &'static str)>,
-    /// Whether its answer 200 is a picture.
-    picture: bool,
+    /// The component that describes its answer 200, if that is a picture.
+    picture: Option<&'static str>,
 }
 
 /// Where a parameter is.
@@ -57,6 +59,11 @@ impl Content {
     /// JSON that is written from a type.
     pub(crate) fn json<T: JsonSchema>() -> Self {
         Self { media_type: "application/json", schema: Schemas::answer::<T> }
+    }
+
+    /// The same as another media type.
+    pub(crate) fn json_as<T: JsonSchema>(media_type: &'static str) -> Self {
+        Self { media_type, ..Self::json::<T>() }
     }
 
     /// Text of a media type.
@@ -174,6 +181,7 @@ impl Route {
             path,
             method,
             scope: None,
+            is_free: false,
             handler: on(filter, handler),
             name,
             tag,
@@ -183,7 +191,7 @@ impl Route {
             body: None,
             answers: Vec::new(),
             headers: Vec::new(),
-            picture: false,
+            picture: None,
         }
     }
 
@@ -243,6 +251,11 @@ impl Route {
         Self { scope: Some(scope), ..self }
     }
 
+    /// It costs no unit of the rate limit, and is answered also where none is left.
+    pub(crate) fn free(self) -> Self {
+        Self { is_free: true, ..self }
+    }
+
     /// A parameter in the path.
     pub(crate) fn path(self, name: &'static str, about: &'static str) -> Self {
         self.parameter(name, Place::Path, about)
@@ -293,7 +306,17 @@ impl Route {
 
     /// Declares a picture as the answer 200.
     pub(crate) fn picture(self) -> Self {
-        Self { picture: true, ..self }
+        Self { picture: Some("Picture"), ..self }
+    }
+
+    /// Declares a picture, whole, in parts or from all around, as the answer 200.
+    pub(crate) fn picture_or_parts(self) -> Self {
+        Self { picture: Some("PictureOrParts"), ..self }
+    }
+
+    /// Declares a picture or an animation as the answer 200.
+    pub(crate) fn picture_or_animation(self) -> Self {
+        Self { picture: Some("PictureOrAnimation"), ..self }
     }
 
     /// The operation object of the contract.
@@ -348,8 +371,8 @@ impl Route {
 
     fn responses(&self, schemas: &mut Schemas) -> Map<String, Value> {
         let mut responses = Map::new();
-        if self.picture {
-            responses.insert("200".into(), json!({ "$ref": "#/components/responses/Picture" }));
+        if let Some(picture) = self.picture {
+            responses.insert("200".into(), json!({ "$ref": format!("#/components/responses/{picture}") }));
         }
         for (status, about, of) in &self.answers {
             let mut response = json!({ "description": about });

@@ -20,8 +20,8 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
     Ok(next.run(request).await)
 }
 
-/// Refuses requests whose key lacks a scope, and charges the tenant. Rays are charged where they are traced.
-pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Result<Response, Problem> {
+/// Refuses requests whose key lacks a scope, and charges the tenant unless they are free. Rays are charged where they are traced.
+pub(crate) async fn require(scope: Scope, is_free: bool, request: Request, next: Next) -> Result<Response, Problem> {
     let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
         Problem::new(Kind::Unauthorized, detail)
@@ -33,7 +33,8 @@ pub(crate) async fn require(scope: Scope, request: Request, next: Next) -> Resul
     let Some(rate_limit) = &tenant.rate_limit else {
         return Ok(next.run(request).await);
     };
-    let mut response = match rate_limit.enter(Instant::now()) {
+    let entered = if is_free { Ok(()) } else { rate_limit.enter(Instant::now()) };
+    let mut response = match entered {
         Ok(()) => next.run(request).await,
         Err(seconds) => {
             let detail = format!(

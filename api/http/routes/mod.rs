@@ -83,8 +83,9 @@ pub(crate) fn router(app: App) -> Router {
     let mut routes = all();
     let scopes = [Some(Scope::Render), Some(Scope::Jobs), Some(Scope::Read), Some(Scope::Admin), None];
     let mut router = Router::new();
-    for scope in scopes {
-        let (of_scope, others): (Vec<_>, Vec<_>) = routes.into_iter().partition(|route| route.scope == scope);
+    for (scope, is_free) in scopes.into_iter().flat_map(|scope| [(scope, false), (scope, true)]) {
+        let (of_scope, others): (Vec<_>, Vec<_>) =
+            routes.into_iter().partition(|route| (route.scope, route.is_free) == (scope, is_free));
         routes = others;
         if of_scope.is_empty() {
             continue;
@@ -94,7 +95,7 @@ pub(crate) fn router(app: App) -> Router {
             group = group.route(route.path, route.handler);
         }
         router = router.merge(match scope {
-            Some(scope) => group.route_layer(from_fn(needs(scope))),
+            Some(scope) => group.route_layer(from_fn(needs(scope, is_free))),
             None => group,
         });
     }
@@ -131,8 +132,8 @@ pub(crate) fn admin(app: App) -> Router {
 }
 
 /// Refuses requests whose key lacks a scope.
-fn needs(scope: Scope) -> impl Fn(Request, Next) -> BoxFuture<Result<Response, Problem>> + Clone {
-    move |request, next| Box::pin(require(scope, request, next))
+fn needs(scope: Scope, is_free: bool) -> impl Fn(Request, Next) -> BoxFuture<Result<Response, Problem>> + Clone {
+    move |request, next| Box::pin(require(scope, is_free, request, next))
 }
 
 /// The answer if a handler has panicked, which standard error tells. Panics of renders are caught in the queue.
@@ -142,7 +143,7 @@ fn panicked(_: Box<dyn Any + Send>) -> Response {
 
 /// The answer to any other path.
 async fn not_found(uri: Uri) -> Problem {
-    Problem::new(Kind::NotFound, format!("there is nothing at {}", uri.path()))
+    Problem::new(Kind::NotFound, format!("there is nothing at {}; /openapi.json lists what there is", uri.path()))
 }
 
 /// The answer to a method that a path does not take.

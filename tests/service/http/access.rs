@@ -85,6 +85,7 @@ fn keys_come_and_go_without_a_restart() {
     while post(&service, "/v1/render", &first, BALL).status != 401 {
         assert!(started.elapsed() < Duration::from_secs(5), "a key that was taken away still opens");
     }
+    service.wait_for_log("there are no keys any more");
 }
 
 #[test]
@@ -118,6 +119,22 @@ fn a_tenant_that_asks_too_often_is_told_when_to_come_back() {
     for _ in 0..5 {
         assert_eq!(post(&service, "/v1/scenes/validate", &large, BALL).status, 200, "others are not held up");
     }
+}
+
+#[test]
+fn who_has_no_units_left_can_stop_what_takes_them() {
+    let file = KeyFile::new("stop", "[tenants.small]\nunits_per_minute = 3\n");
+    let key = file.key("small", "jobs,read");
+    let service = file.serve(&[]);
+    let submitted = post(&service, "/v1/jobs", &key, &format!("{{\"scene\": {SLOW}}}")).json();
+    while post(&service, "/v1/jobs", &key, "{}").status != 429 {}
+    let path = format!("/v1/jobs/{}", submitted["id"].as_str().unwrap());
+    let send = |method: &str| service.send(method, &path, &[("Authorization", &key)], b"");
+    assert_eq!(post(&service, &format!("{path}/cancel"), &key, "").status, 202);
+    // No other method of the path is free.
+    send("GET").problem(429, "rate-limited");
+    let forgotten = send("DELETE");
+    assert_eq!((forgotten.status, forgotten.header("ratelimit").contains("r=0")), (204, true), "{forgotten:?}");
 }
 
 #[test]
