@@ -58,7 +58,7 @@ fn document(routes: &[Route]) -> Value {
             "securitySchemes": {
                 "key": { "type": "http", "scheme": "bearer", "description": "A key, as `strahl key new` prints it." }
             },
-            "responses": { "Picture": picture(), "Problem": problem() },
+            "responses": { "Picture": picture(), "PictureOrParts": picture_or(&["multipart/mixed", "image/apng", "image/gif"]), "PictureOrAnimation": picture_or(&["image/apng"]), "Problem": problem() },
             "schemas": schemas.components(),
         },
     })
@@ -92,6 +92,19 @@ fn picture() -> Value {
         },
         "content": Map::from_iter(formats),
     })
+}
+
+/// The answer with a picture, or with several in one of these forms.
+fn picture_or(forms: &[&str]) -> Value {
+    let mut response = picture();
+    response["description"] =
+        "The picture, in the format that `Accept` or `format` asks for, or several, without the headers \
+                               of one."
+            .into();
+    for form in forms {
+        response["content"][form] = json!({ "schema": { "$ref": "#/components/schemas/Bytes" } });
+    }
+    response
 }
 
 /// The answer of any operation that fails.

@@ -163,6 +163,9 @@ pub(crate) struct Proved {
     pub(crate) shortfall: Option<String>,
     /// Errors that it does not cover.
     pub(crate) not_covered: &'static [&'static str],
+    /// Pixels that have not had all of their samples.
+    #[serde(skip)]
+    waiting_pixels: u64,
 }
 
 impl Proved {
@@ -188,6 +191,10 @@ impl Proved {
             }
             Some(depth) => format!("recursion to depth {depth} ({})", self.reach.why),
             None => "endless recursion".to_owned(),
+        };
+        let against = match self.waiting_pixels {
+            0 => against,
+            pixels => format!("{against} for the samples that were traced ({pixels} pixels wait for more)"),
         };
         match &self.proof {
             Some(Proof { max_codes: 0, .. }) => format!("proved: the same codes as {against}"),
@@ -220,6 +227,7 @@ impl Proved {
                 Some(_) => "the same samples, recursion to max_depth",
             },
             reach,
+            waiting_pixels: picture.progress.map_or(0, |progress| progress.waiting_pixels),
             not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
         }
     }

@@ -232,7 +232,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a render that does not stop. */
+        /** Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a render that does not stop, nor one that cannot write the records of jobs. */
         get: operations["readyz"];
         put?: never;
         post?: never;
@@ -594,7 +594,7 @@ export interface paths {
         get: operations["job"];
         put?: never;
         post?: never;
-        /** Forgets a job, its picture included; it is stopped first if it still runs. */
+        /** Forgets a job, its picture included; it is stopped first if it still runs. It costs no units. */
         delete: operations["forgetJob"];
         options?: never;
         head?: never;
@@ -631,7 +631,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** Stops a job. */
+        /** Stops a job. It costs no units. */
         post: operations["cancelJob"];
         delete?: never;
         options?: never;
@@ -3791,8 +3791,8 @@ export interface components {
             truncated: boolean;
             /**
              * @description The pixel's linear value: the mean of its samples in double precision, and then `raised`. A sample is the sum of its rays'
-             *     contributions, times the number of samples, added in the order of `rays` in this precision together with the rounding
-             *     errors of these additions.
+             *     contributions, that of `fog` before its own, times the number of samples, added in the order of `rays` in this precision
+             *     together with the rounding errors of these additions.
              */
             value: number[];
         };
@@ -3813,7 +3813,10 @@ export interface components {
              * @description Requests under way.
              */
             running: number;
-            /** @description `ready`, `draining` or `stalled`: a render does not notice that it was paused or cancelled. */
+            /**
+             * @description `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the disk does
+             *     not take the records of jobs).
+             */
             status: string;
             /**
              * Format: uint
@@ -4906,6 +4909,8 @@ export interface components {
             depth: number;
             /** @description Unit direction; for shadow rays towards the light. */
             direction: number[];
+            /** @description What fog on its way adds in front of a surface that is only partly there. Elsewhere that is part of `contribution`. */
+            fog?: number[];
             /** @description What it hits. */
             hit?: components["schemas"]["TreeHit"] | null;
             /**
@@ -5149,6 +5154,68 @@ export interface components {
                 "image/x-portable-floatmap": components["schemas"]["Bytes"];
             };
         };
+        /** @description The picture, in the format that `Accept` or `format` asks for, or several, without the headers of one. */
+        PictureOrAnimation: {
+            headers: {
+                /** @description Where this picture stays, as long as its scene is known. */
+                "Content-Location"?: string | null;
+                /** @description The picture's name, known before it is rendered. Pictures that depend on a clock or on files have none. */
+                ETag?: string | null;
+                /** @description How far the picture may be from the exact one: `proved` 8-bit codes (or `?0`), the share of pixels proved `identical`, the `depth` of the proof if it has one, `estimated` codes. */
+                "Render-Error"?: string;
+                /** @description Effects that were simulated. */
+                "Render-Plan"?: string;
+                /** @description Rays traced, by kind. `gathered` is there only if there are any. */
+                "Render-Rays"?: string;
+                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
+                "Render-Warnings"?: string | null;
+                /** @description SHA-256 of the picture's file (RFC 9530). */
+                "Repr-Digest"?: string;
+                /** @description Milliseconds of queue, parse, plan, bvh, trace and encoding (png), and of antialiasing (refine), which is a part of trace. */
+                "Server-Timing"?: string;
+                [name: string]: unknown;
+            };
+            content: {
+                "image/apng": components["schemas"]["Bytes"];
+                "image/jpeg": components["schemas"]["Bytes"];
+                "image/png": components["schemas"]["Bytes"];
+                "image/webp": components["schemas"]["Bytes"];
+                "image/x-exr": components["schemas"]["Bytes"];
+                "image/x-portable-floatmap": components["schemas"]["Bytes"];
+            };
+        };
+        /** @description The picture, in the format that `Accept` or `format` asks for, or several, without the headers of one. */
+        PictureOrParts: {
+            headers: {
+                /** @description Where this picture stays, as long as its scene is known. */
+                "Content-Location"?: string | null;
+                /** @description The picture's name, known before it is rendered. Pictures that depend on a clock or on files have none. */
+                ETag?: string | null;
+                /** @description How far the picture may be from the exact one: `proved` 8-bit codes (or `?0`), the share of pixels proved `identical`, the `depth` of the proof if it has one, `estimated` codes. */
+                "Render-Error"?: string;
+                /** @description Effects that were simulated. */
+                "Render-Plan"?: string;
+                /** @description Rays traced, by kind. `gathered` is there only if there are any. */
+                "Render-Rays"?: string;
+                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
+                "Render-Warnings"?: string | null;
+                /** @description SHA-256 of the picture's file (RFC 9530). */
+                "Repr-Digest"?: string;
+                /** @description Milliseconds of queue, parse, plan, bvh, trace and encoding (png), and of antialiasing (refine), which is a part of trace. */
+                "Server-Timing"?: string;
+                [name: string]: unknown;
+            };
+            content: {
+                "image/apng": components["schemas"]["Bytes"];
+                "image/gif": components["schemas"]["Bytes"];
+                "image/jpeg": components["schemas"]["Bytes"];
+                "image/png": components["schemas"]["Bytes"];
+                "image/webp": components["schemas"]["Bytes"];
+                "image/x-exr": components["schemas"]["Bytes"];
+                "image/x-portable-floatmap": components["schemas"]["Bytes"];
+                "multipart/mixed": components["schemas"]["Bytes"];
+            };
+        };
         /** @description A problem (RFC 9457): what is wrong, where, and what to do. */
         Problem: {
             headers: {
@@ -5365,6 +5432,7 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ImageInfo"];
+                    "application/ld+json": components["schemas"]["ImageInfo"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -5507,7 +5575,7 @@ export interface operations {
                     "application/json": components["schemas"]["Readiness"];
                 };
             };
-            /** @description It is about to stop, or a render does not stop */
+            /** @description It takes none, for the reason that `status` says */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -6575,7 +6643,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            200: components["responses"]["Picture"];
+            200: components["responses"]["PictureOrAnimation"];
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
         };
@@ -7047,7 +7115,7 @@ export interface operations {
             };
         };
         responses: {
-            200: components["responses"]["Picture"];
+            200: components["responses"]["PictureOrParts"];
             /** @description The job, if `Prefer` asks for one and it has not ended */
             202: {
                 headers: {

@@ -70,7 +70,9 @@ fn bodies_may_come_compressed_within_the_same_limits() {
     assert_eq!(send("/v1/render", "gzip", &gzip(BALL.as_bytes())).picture(), plain.picture());
     let bomb = gzip(&vec![b' '; 50_000_000]);
     assert!(bomb.len() < 100_000);
-    send("/v1/render", "gzip", &bomb).problem(413, "too-large");
+    let refused = send("/v1/render", "gzip", &bomb);
+    refused.problem(413, "too-large");
+    assert_eq!(refused.header("connection"), "close");
     let whole = gzip(BALL.as_bytes());
     send("/v1/render", "gzip", &whole[..whole.len() - 9]).problem(400, "invalid-encoding");
     send("/v1/render", "gzip", BALL.as_bytes()).problem(400, "invalid-encoding");

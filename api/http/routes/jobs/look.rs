@@ -32,7 +32,7 @@ pub(super) fn routes() -> Vec<Route> {
         )
         .needs(Scope::Read)
         .path("id", ID)
-        .picture(),
+        .picture_or_animation(),
         Route::get("/v1/jobs/{id}/tile", tile, ["jobTile", "jobs", about_tile])
             .needs(Scope::Read)
             .path("id", ID)

@@ -27,7 +27,11 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/iiif/3/{image}/info.json", info, ["iiifInfo", "tiles", "The description of an image."])
             .needs(Scope::Read)
             .path("image", image_id)
-            .answer(200, "The description", &[Content::json::<ImageInfo>()]),
+            .answer(
+                200,
+                "The description",
+                &[Content::json::<ImageInfo>(), Content::json_as::<ImageInfo>("application/ld+json")],
+            ),
         Route::get("/iiif/3/{image}/{region}/{size}/{rotation}/{file}", part, ["iiifImage", "tiles", about_image])
             .needs(Scope::Read)
             .path("image", image_id)

@@ -1967,8 +1967,8 @@ class RayTree(TypedDict):
     # not add up.
     truncated: bool
     # The pixel's linear value: the mean of its samples in double precision, and then `raised`. A sample is the sum
-    # of its rays' contributions, times the number of samples, added in the order of `rays` in this precision
-    # together with the rounding errors of these additions.
+    # of its rays' contributions, that of `fog` before its own, times the number of samples, added in the order of
+    # `rays` in this precision together with the rounding errors of these additions.
     value: list[float]
 
 
@@ -1986,7 +1986,8 @@ class Readiness(TypedDict):
     jobs: JobCounts
     # Requests under way.
     running: int
-    # `ready`, `draining` or `stalled`: a render does not notice that it was paused or cancelled.
+    # `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the
+    # disk does not take the records of jobs).
     status: str
     # Requests that wait.
     waiting: int
@@ -2705,6 +2706,9 @@ class TreeRay(TypedDict):
     depth: int
     # Unit direction; for shadow rays towards the light.
     direction: list[float]
+    # What fog on its way adds in front of a surface that is only partly there. Elsewhere that is part of
+    # `contribution`.
+    fog: NotRequired[list[float]]
     # What it hits.
     hit: NotRequired[TreeHit | None]
     # Its number: its place in the list.
