@@ -40,7 +40,8 @@ impl BrightDirections {
         let size = environment.mipmap.size();
         let columns = (size[0] as usize).clamp(1, MOST[0]);
         let rows = (size[1] as usize).clamp(1, MOST[1]);
-        let light = environment.mipmap.light(columns, rows);
+        let light = environment.mipmap.means(columns, rows, |_| 1.0);
+        let light: Vec<f64> = light.into_iter().map(|channels| channels.iter().sum()).collect();
         let heights: Vec<f64> = (0..=rows).map(|row| math::sin_cos((0.5 - row as f64 / rows as f64) * PI).0).collect();
         let mut before = Vec::with_capacity(rows * (columns + 1));
         let mut above = vec![0.0];

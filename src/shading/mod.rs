@@ -12,6 +12,7 @@ pub mod optics;
 pub mod pbr;
 pub mod phong;
 pub mod spectrum;
+mod sphere;
 mod split_sum;
 pub mod surroundings;
 pub mod texture;

@@ -3,17 +3,14 @@
 //! (Karis, Real Shading in Unreal Engine 4, 2013). Nothing in the scene hides any of it.
 
 use super::microfacet::{unhidden, visible_facet};
+use super::sphere::{Sphere, middle};
 use super::texture::environment::Environment;
 use super::texture::mipmap::Mipmap;
 use crate::lanes::{Double, Lanes, Mask, Real, V3};
-use crate::math::{self, Rgb};
-use glam::DVec3;
+use crate::math::Rgb;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-/// Rows of the grid of directions that light is summed over.
-const ROWS: u32 = 64;
 
 /// Roughness of each blurred picture, and its rows. A lobe is wider than a texel.
 const BLURRED: [(f64, u32); 6] = [(0.1, 64), (0.2, 64), (0.35, 32), (0.5, 32), (0.75, 16), (1.0, 16)];
@@ -35,11 +32,12 @@ pub struct Surroundings {
 impl Surroundings {
     /// Those of an environment map.
     pub fn new(environment: &Environment) -> Self {
-        let blurred = BLURRED.par_iter().map(|(roughness, rows)| (*roughness, blurred(environment, *roughness, *rows)));
+        let sphere = Sphere::new(environment);
+        let blurred = BLURRED.par_iter().map(|(roughness, rows)| (*roughness, blurred(&sphere, *roughness, *rows)));
         let mut pictures = vec![(0.0, environment.clone())];
         pictures.extend(blurred.collect::<Vec<_>>());
         let most = environment.mipmap.brightest().map(|channel| channel * environment.intensity);
-        Self { harmonics: harmonics(environment), most, pictures }
+        Self { harmonics: harmonics(&sphere), most, pictures }
     }
 
     /// The brightest of it.
@@ -90,34 +88,12 @@ impl Surroundings {
     }
 }
 
-/// The middle of a texel of an equirectangular picture, as [`Environment`] lays it out.
-fn middle(column: u32, row: u32, rows: u32) -> DVec3 {
-    let share = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
-    let ((east, north), (up, flat)) =
-        (math::sin_cos((share(column, 2 * rows) - 0.5) * 2.0 * PI), math::sin_cos((0.5 - share(row, rows)) * PI));
-    DVec3::new(flat * east, up, -flat * north)
-}
-
-fn radiance(environment: &Environment, dir: DVec3, spread: f64) -> Rgb {
-    let dir = V3 { x: dir.x, y: dir.y, z: dir.z };
-    let V3 { x, y, z } = environment.radiance((), dir, spread, 1);
-    Rgb::new(x, y, z)
-}
-
-fn harmonics(environment: &Environment) -> [[f64; 3]; 9] {
+fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
     let mut sums = [Rgb::ZERO; 9];
-    let step = PI / f64::from(ROWS);
-    for row in 0..ROWS {
-        for column in 0..2 * ROWS {
-            let n = middle(column, row, ROWS);
-            // The solid angle of a texel.
-            let angle = 2.0 * step * math::sin_cos(step * 0.5).0 * math::hypot(n.x, n.z);
-            let light = radiance(environment, n, step) * angle;
-            let basis =
-                [1.0, n.y, n.z, n.x, n.x * n.y, n.y * n.z, 3.0 * n.z * n.z - 1.0, n.x * n.z, n.x * n.x - n.y * n.y];
-            for (sum, value) in sums.iter_mut().zip(basis) {
-                *sum += light * value;
-            }
+    for (n, angle, light) in sphere.parts() {
+        let basis = [1.0, n.y, n.z, n.x, n.x * n.y, n.y * n.z, 3.0 * n.z * n.z - 1.0, n.x * n.z, n.x * n.x - n.y * n.y];
+        for (sum, value) in sums.iter_mut().zip(basis) {
+            *sum += light * (angle * value);
         }
     }
     // The square of each function's factor, times what a cosine keeps of its band: 1, 2/3 and 1/4.
@@ -129,7 +105,7 @@ fn harmonics(environment: &Environment) -> [[f64; 3]; 9] {
 }
 
 /// The picture that lobes of a roughness see in each direction, looked at head on.
-fn blurred(environment: &Environment, roughness: f64, rows: u32) -> Environment {
+fn blurred(sphere: &Sphere, roughness: f64, rows: u32) -> Environment {
     let alpha = roughness * roughness;
     let up = V3 { x: 0.0, y: 0.0, z: 1.0 };
     let looks: Vec<(V3<f64>, f64, f64)> = (0..LOOKS)
@@ -150,7 +126,7 @@ fn blurred(environment: &Environment, roughness: f64, rows: u32) -> Environment 
         let n = middle(i % (2 * rows), i / (2 * rows), rows);
         let (right, ahead) = n.any_orthonormal_pair();
         let light = looks.iter().fold(Rgb::ZERO, |light, (out, weight, spread)| {
-            light + radiance(environment, right * out.x + ahead * out.y + n * out.z, *spread) * *weight
+            light + sphere.mean(right * out.x + ahead * out.y + n * out.z, *spread) * *weight
         });
         (light / all).to_array().map(|channel| channel as f32)
     };

@@ -4,6 +4,8 @@
 //! Pictures of 8 bits are kept as their codes, with a table of what they stand for: 7 bytes for a texel with all levels in place of
 //! 16, and the same numbers to the bit. Smaller copies are numbers: rounded to codes they would change pictures.
 
+use rayon::prelude::*;
+
 /// A picture and its smaller copies.
 #[derive(Debug)]
 pub struct Mipmap {
@@ -90,27 +92,34 @@ impl Mipmap {
         self.extremes[0].map(f64::from)
     }
 
-    /// The mean light of the cells of a grid, no finer than the texels, of a picture that repeats across: the sum of the channels, row
-    /// by row from the top. Between texels lookups are linear, so an eighth of each texel lies in each of its neighbours.
-    pub fn light(&self, columns: usize, rows: usize) -> Vec<f64> {
+    /// The means over the cells of a grid, no finer than the texels, of a picture that repeats across, row by row from the top. Each
+    /// row of texels counts by `weight`. Between texels lookups are linear, so an eighth of each texel lies in each of its neighbours.
+    pub fn means(&self, columns: usize, rows: usize, weight: impl Fn(usize) -> f64 + Sync) -> Vec<[f64; 3]> {
+        const SPREAD: [f64; 3] = [0.125, 0.75, 0.125];
         let Level { width, height, .. } = &self.levels[0];
-        let sum = |texel: [f32; 3]| texel.iter().map(|channel| f64::from(*channel)).sum::<f64>();
-        let bright: Vec<f64> = (0..width * height).map(|at| sum(self.texel(0, at % width, at / width))).collect();
-        let spread = |before: f64, here: f64, after: f64| 0.125 * before + 0.75 * here + 0.125 * after;
-        let across = |x: usize, y: usize| {
-            let at = |x: usize| bright[y * width + x % width];
-            spread(at(x + width - 1), at(x), at(x + 1))
-        };
-        let (mut sums, mut counts) = (vec![0.0; columns * rows], vec![0_u32; columns * rows]);
-        for y in 0..*height {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
-            for x in 0..*width {
-                let cell = y * rows / height * columns + x * columns / width;
-                sums[cell] += spread(across(x, above), across(x, y), across(x, below));
-                counts[cell] += 1;
+        let cells = shares(*width, columns);
+        let of_row = |part: &Vec<(usize, f64)>| {
+            let mut row = vec![[0.0; 3]; *width];
+            let all: f64 = part.iter().map(|(y, share)| share * weight(*y)).sum();
+            for &(y, share) in part {
+                let around = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
+                for (y, factor) in around.into_iter().zip(SPREAD.map(|part| part * share * weight(y) / all)) {
+                    for (x, sum) in row.iter_mut().enumerate() {
+                        add(sum, self.texel(0, x, y).map(f64::from), factor);
+                    }
+                }
             }
-        }
-        sums.iter().zip(counts).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+            let of_cell = |cell: &Vec<(usize, f64)>| {
+                let mut mean = [0.0; 3];
+                for &(x, share) in cell {
+                    let around = [(x + width - 1) % width, x, (x + 1) % width];
+                    around.into_iter().zip(SPREAD).for_each(|(x, part)| add(&mut mean, row[x], part * share));
+                }
+                mean
+            };
+            cells.iter().map(of_cell).collect::<Vec<_>>()
+        };
+        shares(*height, rows).par_iter().map(of_row).collect::<Vec<_>>().concat()
     }
 
     /// The mean of all texels.
@@ -159,6 +168,10 @@ impl Level {
             Texels::Codes(codes, values) => decoded(codes, values, i),
         }
     }
+}
+
+fn add(sum: &mut [f64; 3], light: [f64; 3], factor: f64) {
+    sum.iter_mut().zip(light).for_each(|(sum, channel)| *sum += channel * factor);
 }
 
 /// The smallest and the largest of each channel.

@@ -52,6 +52,30 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// A round lamp at the zenith, 10.8 degrees wide, in pictures of any height. Nine coefficients show a small lamp overhead as 17/16 of
+/// what it is.
+#[test]
+fn a_small_lamp_overhead_is_as_bright_whatever_the_height_of_the_picture() {
+    let lamp = |height: u32| {
+        let rows = 3 * height / 100;
+        let picture = RgbImage::from_fn(2 * height, height, |_, y| Rgb([if y < rows { 255 } else { 0 }; 3]));
+        json!({ "image": url(picture), "intensity": 50, "light": "fast" })
+    };
+    let up = [0.0, 1.0, 0.0];
+    let seen = |material: Value, height: u32| f64::from(pixels(onto(up, up, material, lamp(height)), "double")[0][0]);
+    let exact = 50.0 * (0.03 * PI).sin().powi(2);
+    let metal = |roughness: f64| json!({ "pbr": { "base_color": 1, "metallic": 1, "roughness": roughness } });
+    let rough = [0.4, 0.7].map(|roughness| seen(metal(roughness), 100));
+    for height in [100, 200, 400, 600, 1000] {
+        let white = seen(json!({ "diffuse": 1 }), height);
+        assert!((white / exact / 1.0625 - 1.0).abs() < 0.04, "{height}: {white} for {exact}");
+        for (roughness, expected) in [0.4, 0.7].into_iter().zip(rough) {
+            let got = seen(metal(roughness), height);
+            assert!((got / expected - 1.0).abs() < 0.08, "{height}, {roughness}: {got} for {expected}");
+        }
+    }
+}
+
 /// Nine coefficients are at most 3.1 % of the brightest off (Ramamoorthi and Hanrahan), of this sky far less.
 #[test]
 fn what_surfaces_scatter_is_the_integral() {

@@ -24,3 +24,42 @@ fn codes_in_the_place_of_colors_are_noticed() {
     }
     assert_eq!(warned(json!([255, 0, 0]), json!([10, 20, 255])), ["/materials/red/diffuse", "/background"]);
 }
+
+fn of(scene: &Value) -> Vec<String> {
+    let loaded = load(scene.to_string().as_bytes(), Format::Json, &Overrides::default()).unwrap();
+    loaded.scene.warnings.into_iter().map(|warning| warning.pointer).collect()
+}
+
+#[test]
+fn what_glows_and_is_found_by_chance_is_named() {
+    let scene = |fidelity: &str, lamp: Value| {
+        json!({
+            "version": 1,
+            "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 1, 0] } },
+            "materials": { "lamp": { "emission": 5 }, "never": { "emission": 5 } },
+            "objects": [{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, lamp],
+            "render": { "fidelity": fidelity }
+        })
+    };
+    let disc = json!({ "disc": { "center": [0, 2, 0], "normal": [0, -1, 0], "radius": 0.1, "material": "lamp" } });
+    let torus =
+        json!({ "torus": { "center": [0, 2, 0], "major_radius": 0.2, "minor_radius": 0.1, "material": "lamp" } });
+    assert!(of(&scene("faithful", disc)).is_empty());
+    assert!(of(&scene("fast", torus.clone())).is_empty());
+    assert_eq!(of(&scene("faithful", torus)), ["/materials/lamp"]);
+}
+
+#[test]
+fn bodies_far_from_the_origin_ask_for_double_precision() {
+    let at = |x: f64, precision: &str| {
+        of(&json!({
+            "version": 1,
+            "camera": { "pinhole": { "eye": [x, 0, 5], "look_at": [x, 0, 0] } },
+            "lights": [{ "directional": { "direction": [0, -1, -1] } }],
+            "objects": [{ "sphere": { "center": [x, 0, 0], "radius": 1 } }, { "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }],
+            "render": { "precision": precision }
+        }))
+    };
+    assert!(at(100.0, "single").is_empty() && at(1e6, "double").is_empty());
+    assert_eq!(at(6e3, "single"), ["/render/precision"]);
+}

@@ -260,7 +260,10 @@ fn of_pictures() -> Vec<Trap> {
     let tilted = json!({ "image": image([[128, 128, 255], [200, 100, 200]]) });
     let mut traps = Vec::new();
     let uniform = |b| json!({ "materials": { "m": { "diffuse": { "image": image([[255, 0, 255], b]) } } } });
+    let pbr = |opacity: Value| json!({ "materials": { "m": { "diffuse": null, "pbr": { "opacity": opacity } } } });
     traps.extend([
+        Trap { effect: "opacity", asked: pbr(json!({ "alpha": 1, "mode": "blend", "cutoff": 0.5 })), without: pbr(Value::Null),
+            shown: pbr(json!({ "alpha": 0.5, "mode": "blend", "cutoff": 0.5 })) },
         Trap { effect: "image_texture", asked: uniform([255, 0, 255]), without: json!({ "materials": { "m": { "diffuse": [1, 0, 1] } } }),
             shown: uniform([255, 0, 0]) },
         Trap { effect: "bump_mapping", asked: json!({ "materials": { "m": { "bump": { "height": 0, "texture": { "noise": {} } } } } }),

@@ -1,0 +1,186 @@
+//! A small picture of all directions and ever smaller copies of it, for means over wide lobes. Each texel is the mean over its solid
+//! angle, so that a sum over texels is an integral over directions. Plain means over the rows of an equirectangular picture would
+//! count what is near the poles several times.
+
+use super::texture::environment::Environment;
+use super::texture::mipmap::Mipmap;
+use super::texture::uv::angles;
+use crate::lanes::V3;
+use crate::math::{self, Rgb};
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Rows of the largest copy, which has twice as many columns.
+pub(super) const ROWS: u32 = 128;
+
+/// The copies.
+#[derive(Debug)]
+pub(super) struct Sphere {
+    levels: Vec<Level>,
+}
+
+/// Rows from top to bottom.
+#[derive(Debug)]
+struct Level {
+    rows: usize,
+    texels: Vec<Rgb>,
+    /// Height of the band of each row, in proportion to the solid angle of its texels.
+    bands: Vec<f64>,
+}
+
+impl Sphere {
+    /// Copies of an environment map.
+    pub(super) fn new(environment: &Environment) -> Self {
+        let [width, height] = environment.mipmap.size().map(|size| size as u32);
+        let (columns, rows) = (width.min(2 * ROWS), height.min(ROWS));
+        let band = |row: usize| band(row, height as usize);
+        let reduced = if (columns, rows) == (width, height) {
+            environment.clone()
+        } else {
+            let texels = environment.mipmap.means(columns as usize, rows as usize, band);
+            let texels = texels.into_iter().map(|texel| texel.map(|channel| channel as f32)).collect();
+            Environment { mipmap: Arc::new(Mipmap::new(columns, rows, texels)), ..*environment }
+        };
+        let texel = |i: u32| {
+            let dir = middle(i % (2 * ROWS), i / (2 * ROWS), ROWS);
+            let V3 { x, y, z } = reduced.radiance((), V3 { x: dir.x, y: dir.y, z: dir.z }, 0.0, 1);
+            Rgb::new(x, y, z)
+        };
+        let mut levels = vec![Level::new(ROWS as usize, (0..2 * ROWS * ROWS).map(texel).collect())];
+        while let Some(next) = levels.last().and_then(Level::halved) {
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// Unit directions, how large the solid angles around them are, and the mean light of each.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (DVec3, f64, Rgb)> {
+        let Level { texels, bands, .. } = &self.levels[0];
+        let columns = 2 * ROWS as usize;
+        texels.iter().enumerate().map(move |(i, light)| {
+            let (column, row) = (i % columns, i / columns);
+            (middle(column as u32, row as u32, ROWS), bands[row] * 2.0 * PI / columns as f64, *light)
+        })
+    }
+
+    /// The mean light around a unit direction, over about so many radians.
+    pub(super) fn mean(&self, dir: DVec3, spread: f64) -> Rgb {
+        let finest = PI / f64::from(ROWS);
+        let level = math::log2((spread / finest).max(1.0)).min((self.levels.len() - 1) as f64);
+        let (below, share) = (level.floor(), level - level.floor());
+        let at = |level: usize| self.levels[level].mean(dir, spread);
+        let light = at(below as usize);
+        if share > 0.0 { light * (1.0 - share) + at(below as usize + 1) * share } else { light }
+    }
+}
+
+impl Level {
+    fn new(rows: usize, texels: Vec<Rgb>) -> Self {
+        Self { rows, texels, bands: (0..rows).map(|row| band(row, rows)).collect() }
+    }
+
+    fn columns(&self) -> usize {
+        2 * self.rows
+    }
+
+    fn texel(&self, column: usize, row: usize) -> Rgb {
+        self.texels[row * self.columns() + column]
+    }
+
+    /// The copy that is half as large in each direction.
+    fn halved(&self) -> Option<Self> {
+        let rows = self.rows / 2;
+        let part = |i: usize| {
+            let (column, row) = (2 * (i % (2 * rows)), 2 * (i / (2 * rows)));
+            let [above, below] = [row, row + 1].map(|row| self.texel(column, row) + self.texel(column + 1, row));
+            let [upper, lower] = [row, row + 1].map(|row| self.bands[row]);
+            (above * upper + below * lower) * (0.5 / (upper + lower))
+        };
+        (rows > 0).then(|| Self::new(rows, (0..2 * rows * rows).map(part).collect()))
+    }
+
+    fn mean(&self, dir: DVec3, spread: f64) -> Rgb {
+        let flat = math::hypot(dir.x, dir.z);
+        let turn = angles((), dir.x, -dir.z, 1) / (2.0 * PI) + 0.5;
+        let height = 0.5 - angles((), dir.y, flat, 1) / PI;
+        let down = (height * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
+        let (row, share) = (down.floor() as usize, down - down.floor());
+        let next = (row + 1).min(self.rows - 1);
+        // Towards the poles texels become narrow.
+        let width = spread / (2.0 * PI * flat.max(1e-9)) * self.columns() as f64;
+        self.across(row, turn, width) * (1.0 - share) + self.across(next, turn, width) * share
+    }
+
+    /// The mean over so many texels of a row.
+    fn across(&self, row: usize, turn: f64, width: f64) -> Rgb {
+        let columns = self.columns();
+        let at = |column: i64| self.texel(column.rem_euclid(columns as i64) as usize, row);
+        let middle = turn * columns as f64;
+        if width < 2.0 {
+            let left = (middle - 0.5).floor();
+            let share = middle - 0.5 - left;
+            return at(left as i64) * (1.0 - share) + at(left as i64 + 1) * share;
+        }
+        let count = (width as i64).min(columns as i64);
+        let first = (middle - 0.5 * count as f64).round() as i64;
+        (first..first + count).map(at).fold(Rgb::ZERO, |sum, texel| sum + texel) * (1.0 / count as f64)
+    }
+}
+
+/// The middle of a texel of an equirectangular picture, as [`Environment`] lays it out.
+pub(super) fn middle(column: u32, row: u32, rows: u32) -> DVec3 {
+    let share = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
+    let ((east, north), (up, flat)) =
+        (math::sin_cos((share(column, 2 * rows) - 0.5) * 2.0 * PI), math::sin_cos((0.5 - share(row, rows)) * PI));
+    DVec3::new(flat * east, up, -flat * north)
+}
+
+/// How high the band of a row is on the unit sphere: its share of all directions, times 2.
+fn band(row: usize, rows: usize) -> f64 {
+    let step = PI / rows as f64;
+    // sin(a + h) - sin(a - h) = 2 cos(a) sin(h), with a the elevation of its middle.
+    2.0 * math::sin_cos((row as f64 + 0.5) * step).0 * math::sin_cos(0.5 * step).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lamp of so many rows around the zenith, of radiance 1.
+    fn lamp(rows: u32, height: u32) -> Environment {
+        let texel = |i: u32| [if i / (2 * height) < rows { 1.0 } else { 0.0 }; 3];
+        let texels = (0..2 * height * height).map(texel).collect();
+        Environment { mipmap: Arc::new(Mipmap::new(2 * height, height, texels)), turn: 0.125, intensity: 2.0 }
+    }
+
+    #[test]
+    fn sums_are_integrals_also_at_the_poles() {
+        for (rows, height) in [(3, 40), (3, 200), (10, 200), (4, 128), (3, 1_000)] {
+            let sphere = Sphere::new(&lamp(rows, height));
+            let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
+            let cap = 2.0 * 2.0 * PI * (1.0 - math::sin_cos(f64::from(rows) / f64::from(height) * PI).1);
+            // The edge of the lamp is linear over a texel.
+            assert!((all / cap - 1.0).abs() < 0.08, "{rows} of {height}: {all} for {cap}");
+            for (i, level) in sphere.levels.iter().enumerate() {
+                let texels = level.texels.iter().enumerate();
+                let sum: f64 = texels.map(|(i, light)| light.x * level.bands[i / level.columns()]).sum();
+                let same = sum * 2.0 * PI / level.columns() as f64;
+                assert!((same / all - 1.0).abs() < 1e-9, "level {i}: {same} for {all}");
+            }
+        }
+    }
+
+    /// Means over lobes, added up over all directions, are the light of all directions.
+    #[test]
+    fn lookups_neither_add_nor_lose_light() {
+        for rows in [1, 3, 12] {
+            let sphere = Sphere::new(&lamp(rows, 256));
+            let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
+            for spread in [0.01, 0.05, 0.11, 0.3, 0.7] {
+                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * sphere.mean(dir, spread).x).sum();
+                assert!((seen / all - 1.0).abs() < 0.2, "{rows} rows, {spread}: {seen} for {all}");
+            }
+        }
+    }
+}
