@@ -2,6 +2,10 @@
 
 use super::effects::MAX_POINTERS;
 
+/// How far from the origin bodies are that single precision rounds too much: at 1000 times their size one pixel in a hundred is
+/// some codes off.
+pub(super) const FAR_AWAY: f64 = 500.0;
+
 /// What bodies have.
 #[derive(Debug, Clone, Default)]
 pub struct Usage {
@@ -15,6 +19,8 @@ pub struct Usage {
     pub smooth: bool,
     /// Whether anything is placed by a transform.
     pub placed: bool,
+    /// Whether all bodies are far from the origin: [`FAR_AWAY`] times as far as they are large.
+    pub far_away: bool,
     /// Whether the eye is in a closed room, so that no ray leaves the scene.
     pub enclosed: bool,
 }

@@ -1,4 +1,4 @@
-//! Bodies that glow, as lights: a triangle or a ball of them, chosen in proportion to its power, and then a point of its surface
+//! Bodies that glow, as lights: a triangle, an ellipse or a ball of them, chosen in proportion to its power, and then a point of its surface
 //! (Shirley, Wang and Zimmerman, Monte Carlo Techniques for Direct Lighting Calculations, 1996). Of a ball a direction in the cone is
 //! chosen in which it is seen: all of them bring the same light.
 
@@ -32,7 +32,15 @@ pub struct Lamp {
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Form {
     Triangle([DVec3; 3]),
-    Sphere { center: DVec3, radius: f64 },
+    /// Both axes go from the centre to the border.
+    Ellipse {
+        center: DVec3,
+        axes: [DVec3; 2],
+    },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
 }
 
 /// A point of a lamp that was chosen for a place.
@@ -52,6 +60,7 @@ impl Form {
     fn area(&self) -> f64 {
         match self {
             Self::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
+            Self::Ellipse { axes: [u, v], .. } => PI * u.cross(*v).length(),
             Self::Sphere { radius, .. } => 4.0 * PI * radius * radius,
         }
     }
@@ -154,6 +163,11 @@ impl Form {
                 let (root, normal) = (a.sqrt(), (q - p).cross(r - p).normalize_or(DVec3::Y));
                 (p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b), normal)
             }
+            Self::Ellipse { center, axes: [u, v] } => {
+                let (sin, cos) = crate::math::sin_cos(2.0 * PI * b);
+                let far = a.sqrt();
+                (center + (u * cos + v * sin) * far, u.cross(v).normalize_or(DVec3::Y))
+            }
             Self::Sphere { center, radius } => {
                 let height = 2.0 * a - 1.0;
                 let (sin, cos) = crate::math::sin_cos(2.0 * PI * b);
@@ -206,6 +220,23 @@ mod tests {
                 assert!((sum[c] / expected - 1.0).abs() < 2e-3, "{place} {c}: {} for {expected}", sum[c]);
             }
         }
+    }
+
+    /// The irradiance below the middle of a disc is pi L R^2 / (R^2 + d^2), and far below an ellipse L A / d^2.
+    #[test]
+    fn discs_are_lamps() {
+        let irradiance = |axes: [DVec3; 2], down: f64| {
+            let form = Form::Ellipse { center: DVec3::new(1.0, 2.0, 3.0), axes };
+            let lamps = Emitters::new(vec![Lamp { form, material: 0, radiance: [2.0, 0.0, 0.0] }], 1).unwrap();
+            let (place, n) = (DVec3::new(1.0, 2.0 - down, 3.0), 400);
+            let share = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
+            let all = (0..n * n).map(|i| lamps.choose(place, [share(i % n), share(i / n)]));
+            all.map(|chosen| chosen.dir.y / chosen.density / f64::from(n * n) * chosen.radiance[0]).sum::<f64>()
+        };
+        let disc = irradiance([DVec3::X, DVec3::Z], 0.5);
+        assert!((disc / (2.0 * PI / 1.25) - 1.0).abs() < 1e-4, "{disc}");
+        let ellipse = irradiance([DVec3::X * 0.3, DVec3::Z * 0.1], 50.0);
+        assert!((ellipse / (2.0 * PI * 0.03 / 2_500.0) - 1.0).abs() < 1e-4, "{ellipse}");
     }
 
     #[test]

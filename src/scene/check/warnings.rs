@@ -2,10 +2,11 @@
 
 use crate::control;
 use crate::lanes::Real;
-use crate::scene::description::{Description, Diffuse, Fresnel, Light, Object, Vec3};
+use crate::scene::description::{Description, Diffuse, Fresnel, Light, Object, Precision, Vec3};
 use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
+use crate::scene::usage::FAR_AWAY;
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
 
@@ -89,7 +90,7 @@ fn codes_for_colors(description: &Description) -> impl Iterator<Item = Problem> 
 
 /// Keeps the warnings that hold for the world that was built: fog and surfaces may shine, too, and rays may bring surfaces the
 /// light of the surroundings.
-pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &World<R>) {
+pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, description: &Description, world: &World<R>) {
     let glows = world.fog.as_ref().is_some_and(|fog| shows(fog.color));
     let lights = [Effect::AmbientLight, Effect::Emission, Effect::EnvironmentLight];
     let shines = lights.iter().any(|effect| world.effects.has(*effect));
@@ -98,7 +99,38 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, world: &
     if glows || shines || brings {
         warnings.retain(|warning| warning.pointer != DARK);
     }
+    warnings.extend(found_by_chance(description, world));
+    warnings.extend(too_far_away(description, world));
     warnings.truncate(limits::PROBLEMS.max as usize);
+}
+
+/// Materials that glow and are not looked for, where rays bring light. Small bodies of them are met by so few rays that the estimate
+/// may know of none.
+fn found_by_chance<R: Real>(description: &Description, world: &World<R>) -> impl Iterator<Item = Problem> {
+    let traced = world.effects.has(Effect::GlobalIllumination);
+    let materials = description.materials.iter().zip(&world.materials).zip(&world.usage.materials).enumerate();
+    let by_chance = materials.filter(move |(i, ((_, material), used))| {
+        let glows = material.pbr.as_ref().map_or(shows(material.emission), |pbr| pbr.emissive.factor != [0.0; 3]);
+        traced && used.anywhere && glows && world.emitters.as_ref().is_none_or(|emitters| emitters.density(*i) == 0.0)
+    });
+    by_chance.map(|(_, (((name, _), _), _))| {
+        let detail = "it glows, and rays find it by chance: small bodies of it bring noise that the estimate of the error may \
+                      miss. Triangles, quads, discs, boxes, meshes, and balls that are not in a group with a transform, all of one \
+                      light and at rest, are looked for, but in fog";
+        Problem::new(push_token("/materials", name), Code::Approximated, detail)
+    })
+}
+
+/// In single precision places are rounded by their distance from the origin.
+fn too_far_away<R: Real>(description: &Description, world: &World<R>) -> Option<Problem> {
+    let is_single = description.render.precision == Precision::Single;
+    (is_single && world.usage.far_away).then(|| {
+        let detail = format!(
+            "the bodies are over {FAR_AWAY} times as far from the origin as they are large, which single precision rounds to \
+             places that show: write \"double\", or move everything to the origin. What is proved does not cover it"
+        );
+        Problem::new("/render/precision", Code::Approximated, detail)
+    })
 }
 
 fn find_open_meshes(

@@ -97,6 +97,16 @@ fn forms(object: &Object, map: &DAffine3) -> Option<Vec<Form>> {
     let triangle = |corners: [[f64; 3]; 3]| Form::Triangle(corners.map(at));
     Some(match object {
         Object::Triangle(o) => vec![triangle(o.vertices)],
+        Object::Quad(o) => {
+            let [a, b, c, d] = o.vertices;
+            vec![triangle([a, b, c]), triangle([a, c, d])]
+        }
+        Object::Disc(o) => {
+            let normal = DVec3::from_array(o.normal).normalize_or(DVec3::Y);
+            let (u, v) = normal.any_orthonormal_pair();
+            let [u, v] = [u, v].map(|axis| map.transform_vector3(axis * o.radius));
+            vec![Form::Ellipse { center: at(o.center), axes: [u, v] }]
+        }
         Object::Mesh(o) => {
             let corner = |index: u32| o.vertices[index as usize];
             o.faces.iter().map(|face| triangle(face.map(corner))).collect()

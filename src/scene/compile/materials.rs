@@ -12,6 +12,12 @@ pub(super) fn material<R: Real>(material: &d::Material, pictures: &Pictures, sce
     if let Some(described) = &material.pbr {
         let mut material = pbr::material(described, pictures, pbr::traces_light(&scene.render));
         pbr::show_unlit(&mut material, &scene.film);
+        if described.opacity.as_ref().is_some_and(|opacity| is_whole(opacity, scene))
+            && let Some(pbr) = &mut material.pbr
+            && !pbr.catches_shadows
+        {
+            pbr.opacity = None;
+        }
         return material;
     }
     let (ambient, diffuse, textures) = textures(material, pictures);
@@ -35,6 +41,22 @@ pub(super) fn material<R: Real>(material: &d::Material, pictures: &Pictures, sce
         textures,
         pbr: None,
     }
+}
+
+/// Whether all of a surface is there: neither a picture nor a vertex says otherwise.
+fn is_whole(opacity: &d::Opacity, scene: &Description) -> bool {
+    let is_one = matches!(opacity.alpha, d::Channel::Value(alpha) if alpha >= 1.0);
+    is_one && !has_colors(&scene.objects) && !scene.definitions.values().any(|objects| has_colors(objects))
+}
+
+/// Whether vertices of any mesh may have an alpha of their own.
+fn has_colors(objects: &[d::Object]) -> bool {
+    objects.iter().any(|object| match object {
+        d::Object::Mesh(mesh) => mesh.colors.is_some(),
+        d::Object::Group(group) => has_colors(&group.objects),
+        d::Object::Model(_) => true,
+        _ => false,
+    })
 }
 
 pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {

@@ -264,7 +264,7 @@ fn told<R: Real>(
     let facts = effects::Facts { description, world, pointers: &built.pointers, source: &source, samples, adaptive };
     let known = original.filter(|original| original.description.render.precision == description.render.precision);
     let overlap = known.map_or_else(|| overlap(&world.geometries, world.root), |known| known.scene.overlap);
-    keep_true(&mut warnings, world);
+    keep_true(&mut warnings, description, world);
     Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
 

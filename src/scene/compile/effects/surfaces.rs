@@ -113,7 +113,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| material.has_holes(),
                 follows: false,
                 on: "light goes straight on through what is only partly there, in any order, and so do shadow rays",
-                removed: "all of it is there: the cutoff is 0",
+                removed: "all of it is there: the cutoff is 0, or alpha is 1 everywhere",
                 off: "all surfaces are there",
             },
         ),
