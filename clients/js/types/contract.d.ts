@@ -4381,8 +4381,11 @@ export interface components {
         Side: {
             /** @description An image id. */
             image?: string | null;
-            /** @description A scene. */
-            scene: components["schemas"]["Scene"];
+            /**
+             * @description A scene.
+             * @default null
+             */
+            scene?: components["schemas"]["Scene"];
             /**
              * @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
              * @default {}

@@ -2324,7 +2324,7 @@ class Side(TypedDict):
     # An image id.
     image: NotRequired[str | None]
     # A scene.
-    scene: Scene
+    scene: NotRequired[Scene]
     # Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     settings: NotRequired[Overrides]
 
