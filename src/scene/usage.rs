@@ -19,7 +19,7 @@ pub struct Usage {
     pub smooth: bool,
     /// Whether anything is placed by a transform.
     pub placed: bool,
-    /// Whether all bodies are far from the origin: [`FAR_AWAY`] times as far as they are large.
+    /// Whether all bodies are far from the origin, hundreds of times as far as they are large.
     pub far_away: bool,
     /// Whether the eye is in a closed room, so that no ray leaves the scene.
     pub enclosed: bool,
