@@ -98,9 +98,18 @@ impl Broker {
         })
     }
 
-    /// Messages that a stream has.
+    /// Messages that a stream has. A cluster that chooses a leader answers a moment later.
     pub(crate) fn messages(&self, stream: &str) -> u64 {
-        self.ask(async |broker| broker.get_stream(stream).await.unwrap().cached_info().state.messages)
+        self.ask(async |broker| {
+            let started = Instant::now();
+            loop {
+                match broker.get_stream(stream).await {
+                    Ok(stream) => break stream.cached_info().state.messages,
+                    Err(error) => assert!(started.elapsed() < Duration::from_secs(60), "{stream}: {error}"),
+                }
+                tokio::time::sleep(Duration::from_millis(100)).await;
+            }
+        })
     }
 }
 
