@@ -49,11 +49,16 @@ fn a_job_waits_until_its_picture_can_be_kept() {
     assert_eq!(opened.wait(&expected), State::Succeeded);
     // Enough work that the disk is full before it is done.
     let job = opened.submit(&SCENE.replacen('{', "{ \"render\": { \"samples\": 1024 },", 1), None);
-    set_full(&path, true);
     let started = Instant::now();
-    while job.done.load(Ordering::Relaxed) < 4 && started.elapsed() < Duration::from_secs(5) {
-        thread::sleep(Duration::from_millis(5));
-    }
+    let wait_until = |is_so: &dyn Fn() -> bool| {
+        while !is_so() {
+            assert!(started.elapsed() < Duration::from_secs(60), "{:?}", job.record());
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    wait_until(&|| job.record().state == State::Running);
+    set_full(&path, true);
+    wait_until(&|| job.done.load(Ordering::Relaxed) == 4);
     thread::sleep(Duration::from_millis(700));
     assert!(!job.record().state.is_final(), "{:?}", job.record().failure);
     set_full(&path, false);

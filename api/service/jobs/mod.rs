@@ -236,7 +236,10 @@ impl Jobs {
             is_open
         };
         // The files of an open one follow when it is closed.
-        if is_open { Ok(()) } else { self.forget_all(&[Arc::clone(job)]) }
+        if !is_open {
+            self.drop_all(&[Arc::clone(job)]);
+        }
+        Ok(())
     }
 
     /// Opens no more jobs, and suspends open ones if another process can go on with them.
@@ -298,8 +301,9 @@ impl Jobs {
         }
         drop(record);
         self.open.send_replace(registry.open.len());
-        if job.forgotten.load(Ordering::SeqCst) {
-            let record = job.record().clone();
+        // One that is still there is dropped by who forgets it.
+        let record = job.record().clone();
+        if job.forgotten.load(Ordering::SeqCst) && !registry.jobs.contains_key(&record.id) {
             registry.release_files(&record, &self.files);
         }
         drop(registry);

@@ -143,9 +143,16 @@ impl Jobs {
             return Ok(());
         }
         if self.records.front().is_some() {
-            return jobs.iter().try_for_each(|job| self.mark_forgotten(job).map(drop));
+            let marked: Vec<_> = jobs.iter().map(|job| self.mark_forgotten(job).map(drop)).collect();
+            return marked.into_iter().collect();
         }
         self.records.remove(jobs)?;
+        self.drop_all(jobs);
+        Ok(())
+    }
+
+    /// Drops jobs whose records are gone.
+    pub(super) fn drop_all(&self, jobs: &[Arc<Job>]) {
         let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
         self.files.remove_tiles_of(&ids);
         let mut registry = locked(&self.registry);
@@ -154,7 +161,6 @@ impl Jobs {
             let record = job.record().clone();
             registry.release_files(&record, &self.files);
         }
-        Ok(())
     }
 }
 

@@ -30,7 +30,7 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
             warnings.push(Problem::new(push_token("/materials", name), Code::OutOfRange, detail));
         }
     }
-    warnings.extend(codes_for_colors(description));
+    warnings.extend(codes_for_colors(description).take(limits::PROBLEMS.max as usize));
     if !description.lights.iter().any(Light::shines) {
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new(DARK, Code::Degenerate, detail));
@@ -95,11 +95,11 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, descript
     let lights = [Effect::AmbientLight, Effect::Emission, Effect::EnvironmentLight];
     let shines = lights.iter().any(|effect| world.effects.has(*effect));
     let gathers = [Effect::ColorBleeding, Effect::GlobalIllumination].iter().any(|effect| world.effects.has(*effect));
-    let brings = gathers && (shows(world.background) || world.environment.is_some());
+    let brings = gathers && !world.usage.enclosed && (shows(world.background) || world.environment.is_some());
     if glows || shines || brings {
         warnings.retain(|warning| warning.pointer != DARK);
     }
-    warnings.extend(found_by_chance(description, world));
+    warnings.extend(found_by_chance(description, world).take(limits::PROBLEMS.max as usize));
     warnings.extend(too_far_away(description, world));
     warnings.truncate(limits::PROBLEMS.max as usize);
 }
@@ -110,7 +110,8 @@ fn found_by_chance<R: Real>(description: &Description, world: &World<R>) -> impl
     let traced = world.effects.has(Effect::GlobalIllumination);
     let materials = description.materials.iter().zip(&world.materials).zip(&world.usage.materials).enumerate();
     let by_chance = materials.filter(move |(i, ((_, material), used))| {
-        let glows = material.pbr.as_ref().map_or(shows(material.emission), |pbr| pbr.emissive.factor != [0.0; 3]);
+        let glows =
+            material.pbr.as_ref().map_or(shows(material.emission), |pbr| !pbr.unlit && pbr.emissive.factor != [0.0; 3]);
         traced && used.anywhere && glows && world.emitters.as_ref().is_none_or(|emitters| emitters.density(*i) == 0.0)
     });
     by_chance.map(|(_, (((name, _), _), _))| {

@@ -70,11 +70,13 @@ pub(super) fn build<R: Real>(
     let catches = builder.materials.iter().any(Material::catches_shadows);
     let fades = builder.materials.iter().any(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.edge_fade > 0.0));
     // What catches shadows has no rays of its own for the light from around.
-    let without_rays = if faithful { catches } else { lights_surfaces };
-    let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
-    // Fog hides the surroundings from rays, not the light on surfaces. Inside of bodies is no fog.
+    // Inside of bodies is no fog.
     let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
-    if in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none()) {
+    let is_hidden = in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none());
+    let without_rays = if faithful { catches && !is_hidden } else { lights_surfaces };
+    let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
+    // Fog hides the surroundings from rays, not the light that surfaces have without rays.
+    if is_hidden {
         environment = None;
     }
     // Fog would fade the light on its way.

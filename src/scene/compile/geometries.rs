@@ -3,7 +3,7 @@
 use super::bodies::{Kept, shape, volume};
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
-use super::materials::material;
+use super::materials::{has_colors, material};
 use super::shared_eye::is_shared;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, BvhKind, Extent, Geometry, Instance, Item, Motion, Obstacle, Shape};
@@ -57,6 +57,7 @@ impl<'a, R: Real> Builder<'a, R> {
     ) -> Self {
         let fallback = d::Material::default();
         let all = || description.materials.iter().map(|(_, m)| m).chain([&fallback]);
+        let colored = has_colors(description);
         Self {
             description,
             options,
@@ -64,7 +65,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            materials: all().map(|m| material(m, pictures, description)).collect(),
+            materials: all().map(|m| material(m, pictures, description, colored)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
             usage: Usage { materials: vec![Used::default(); all().count()], ..Usage::default() },

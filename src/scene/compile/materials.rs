@@ -8,11 +8,18 @@ use crate::scene::description::{self as d, Description};
 use crate::scene::pictures::Pictures;
 use crate::shading::material::{Fresnel, Material};
 
-pub(super) fn material<R: Real>(material: &d::Material, pictures: &Pictures, scene: &Description) -> Material<R> {
+/// `colored`: whether vertices may have an alpha of their own ([`has_colors`]).
+pub(super) fn material<R: Real>(
+    material: &d::Material,
+    pictures: &Pictures,
+    scene: &Description,
+    colored: bool,
+) -> Material<R> {
     if let Some(described) = &material.pbr {
         let mut material = pbr::material(described, pictures, pbr::traces_light(&scene.render));
         pbr::show_unlit(&mut material, &scene.film);
-        if described.opacity.as_ref().is_some_and(|opacity| is_whole(opacity, scene))
+        if !colored
+            && described.opacity.as_ref().is_some_and(|opacity| is_whole(opacity))
             && let Some(pbr) = &mut material.pbr
             && !pbr.catches_shadows
         {
@@ -43,20 +50,22 @@ pub(super) fn material<R: Real>(material: &d::Material, pictures: &Pictures, sce
     }
 }
 
-/// Whether all of a surface is there: neither a picture nor a vertex says otherwise.
-fn is_whole(opacity: &d::Opacity, scene: &Description) -> bool {
-    let is_one = matches!(opacity.alpha, d::Channel::Value(alpha) if alpha >= 1.0);
-    is_one && !has_colors(&scene.objects) && !scene.definitions.values().any(|objects| has_colors(objects))
+/// Whether all of a surface is there, as far as its material says.
+fn is_whole(opacity: &d::Opacity) -> bool {
+    matches!(opacity.alpha, d::Channel::Value(alpha) if alpha >= 1.0)
 }
 
 /// Whether vertices of any mesh may have an alpha of their own.
-fn has_colors(objects: &[d::Object]) -> bool {
-    objects.iter().any(|object| match object {
-        d::Object::Mesh(mesh) => mesh.colors.is_some(),
-        d::Object::Group(group) => has_colors(&group.objects),
-        d::Object::Model(_) => true,
-        _ => false,
-    })
+pub(super) fn has_colors(scene: &Description) -> bool {
+    fn any(objects: &[d::Object]) -> bool {
+        objects.iter().any(|object| match object {
+            d::Object::Mesh(mesh) => mesh.colors.is_some(),
+            d::Object::Group(group) => any(&group.objects),
+            d::Object::Model(_) => true,
+            _ => false,
+        })
+    }
+    any(&scene.objects) || scene.definitions.values().any(|objects| any(objects))
 }
 
 pub(super) fn narrow_rgb<R: Real>(color: Rgb) -> [R; 3] {

@@ -6,6 +6,7 @@ mod scanner;
 
 use super::limits::PROBLEMS_FOUND;
 use super::problem::{Code, Problem, push_token};
+use crate::control;
 use scanner::{Event, Scanner, Token};
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -76,6 +77,9 @@ pub fn duplicate_keys(text: &[u8]) -> Vec<Problem> {
     let mut seen: Vec<HashSet<String>> = Vec::new();
     let mut scanner = Scanner::new(text, usize::MAX);
     while let Some(event) = scanner.next() {
+        if control::step(1) {
+            break;
+        }
         match event {
             Event::Key { start, token } => {
                 if seen.last_mut().is_some_and(|seen| !seen.insert(token.to_string())) {

@@ -320,7 +320,7 @@ impl<'s> Walk<'s> {
         let names = keys.into_iter().flat_map(Map::keys).map(String::as_str);
         // A key of one of the objects inside.
         let mut inside = keys.into_iter().flatten().filter(|(name, schema)| self.has_key(Node { schema, name }, key));
-        let owner = inside.next().map(|(name, _)| name.clone());
+        let owner = if near.is_empty() { inside.next().map(|(name, _)| name.clone()) } else { None };
         // An object that misses a key stays unreadable when this one is removed; missing keys of the scene are added.
         let mend = if complete || self.path.is_empty() {
             Mend::Remove { object: self.path.clone(), key: key.to_owned() }
