@@ -271,7 +271,9 @@ const flows = {
     await page.keyboard.press("k");
     await page.keyboard.up("Control");
     await page.waitForSelector(".command");
+    await page.waitForFunction(() => document.activeElement?.tagName === "INPUT");
     await page.keyboard.type("theme");
+    await page.waitForFunction(() => document.querySelector('.command[aria-selected="true"]')?.textContent?.startsWith("Theme"));
     await page.keyboard.press("Enter");
     await page.waitForFunction(() => document.documentElement.dataset.theme === "dark");
     return [true, "dark"];
