@@ -53,8 +53,8 @@ fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
             return Err(Problems::one(Problem::new("", Code::OtherFormat, what)));
         }
     };
-    for warning in &imported.warnings {
-        output::say(&format!("warning: {}: {warning}", file.name));
+    for warning in &imported.description.import_warnings {
+        output::say(&format!("warning: {}: {}", file.name, warning.detail));
     }
     Ok(imported.description)
 }

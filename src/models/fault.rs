@@ -1,5 +1,7 @@
 //! What is wrong with a model, and what of it is not simulated.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Faults that are looked for in one model.
@@ -130,7 +132,9 @@ pub struct Warning {
 }
 
 /// What happens to something of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "ImportWarningCode")]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Subject {
     NotSimulated,

@@ -164,15 +164,14 @@ fn load_model<E>(
         None => model::import_parts(bytes.as_ref(), overrides)?,
     };
     drop(bytes);
-    let model::Imported { mut description, warnings: mut all, from_files, views, pictures: names } = imported;
+    let model::Imported { mut description, from_files, views, pictures: names } = imported;
     overrides.apply(&mut description);
     let steps = Steps::read(start);
     let checked = steps.checked(&description, files, accept, None);
     let (mut pictures, warnings) =
         checked.map_err(|error| error.with(|problems| named(&description, &names, problems, false)))?;
     pictures.from_files |= from_files;
-    all.extend(warnings);
-    let scene = steps.build(&description, NffOptions::default(), pictures, all, None)?;
+    let scene = steps.build(&description, NffOptions::default(), pictures, warnings, None)?;
     let loaded = steps.loaded(description, scene, NffOptions::default(), Vec::new());
     Ok(Loaded { views: Some(views.into()), ..loaded })
 }

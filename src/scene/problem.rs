@@ -3,6 +3,7 @@
 use super::hashes::{SCHEME, hash_of};
 use super::limits::{NAME_BYTES, PROBLEM_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::control::{self, Cancelled};
+use crate::models::Subject;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -70,6 +71,17 @@ pub enum Code {
     Cancelled,
 }
 
+impl From<Subject> for Code {
+    fn from(subject: Subject) -> Self {
+        match subject {
+            Subject::NotSimulated => Self::NotSimulated,
+            Subject::Approximated => Self::Approximated,
+            Subject::Skipped => Self::Skipped,
+            Subject::Assumed => Self::Assumed,
+        }
+    }
+}
+
 impl Problem {
     /// A problem at a pointer; line and column are found later, from the source text.
     pub fn new(pointer: impl Into<String>, code: Code, detail: impl Into<String>) -> Self {
@@ -91,12 +103,6 @@ impl Problem {
             Some(_) => (Code::MissingAsset, format!("{name} {why}")),
             None => (Code::UnknownReference, format!("{} {why}", quoted(name))),
         }
-    }
-
-    /// Whether it is a warning about a model's file, which is in no place of the scene.
-    pub(crate) fn is_of_file(&self) -> bool {
-        let is_of_model = matches!(self.code, Code::NotSimulated | Code::Approximated | Code::Skipped | Code::Assumed);
-        self.pointer.is_empty() && is_of_model
     }
 
     /// The SHA-256 of the asset that is missing.

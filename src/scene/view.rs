@@ -24,13 +24,12 @@ impl Views {
             return Ok(None);
         }
         let (definitions, objects) = (Arc::clone(&own.definitions), Arc::clone(&own.objects));
-        let (mut description, mut all) = self.around(seen, definitions, objects, own.materials.clone());
+        let mut description = self.around(seen, definitions, objects, own.materials.clone());
         overrides.apply(&mut description);
         let steps = Steps::read(start);
         let (mut pictures, warnings) = steps.checked(&description, files, accept, Some(original))?;
         pictures.from_files |= original.scene.from_files;
-        all.extend(warnings);
-        let scene = steps.build(&description, NffOptions::default(), pictures, all, Some(original))?;
+        let scene = steps.build(&description, NffOptions::default(), pictures, warnings, Some(original))?;
         Ok(Some(steps.loaded(description, scene, NffOptions::default(), Vec::new())))
     }
 }

@@ -170,13 +170,6 @@ impl<'a> Frame<'a> {
     ) -> Result<Loaded, NotLoaded<E>> {
         let overrides = Overrides { seen_from: None, ..*overrides };
         let loaded = vary_with(original, self.patch(), |scene| self.place(scene), &overrides, files, accept);
-        let loaded = loaded.map(|mut loaded| {
-            // What is approximated of a model is said where its file is read, which is once.
-            let of_file = original.scene.warnings.iter().filter(|warning| warning.is_of_file());
-            let lacking: Vec<_> = of_file.filter(|warning| !loaded.scene.warnings.contains(warning)).cloned().collect();
-            loaded.scene.warnings.splice(0..0, lacking);
-            loaded
-        });
         loaded.map_err(|error| match error {
             NotLoaded::Problems(problems) => NotLoaded::Problems(self.named(problems)),
             refused => refused,

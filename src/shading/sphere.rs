@@ -69,9 +69,31 @@ impl Sphere {
         let finest = PI / f64::from(ROWS);
         let level = math::log2((spread / finest).max(1.0)).min((self.levels.len() - 1) as f64);
         let (below, share) = (level.floor(), level - level.floor());
-        let at = |level: usize| self.levels[level].mean(dir, spread);
+        let place = Place::of(dir);
+        let at = |level: usize| self.levels[level].mean(&place, spread);
         let light = at(below as usize);
         if share > 0.0 { light * (1.0 - share) + at(below as usize + 1) * share } else { light }
+    }
+}
+
+/// Where a unit direction is in pictures of any size.
+struct Place {
+    /// From 0 to 1 around.
+    turn: f64,
+    /// From 0 to 1 down.
+    height: f64,
+    /// How far it is from the axis through the poles.
+    flat: f64,
+}
+
+impl Place {
+    fn of(dir: DVec3) -> Self {
+        let flat = math::hypot(dir.x, dir.z);
+        Self {
+            turn: angles((), dir.x, -dir.z, 1) / (2.0 * PI) + 0.5,
+            height: 0.5 - angles((), dir.y, flat, 1) / PI,
+            flat,
+        }
     }
 }
 
@@ -100,16 +122,13 @@ impl Level {
         (rows > 0).then(|| Self::new(rows, (0..2 * rows * rows).map(part).collect()))
     }
 
-    fn mean(&self, dir: DVec3, spread: f64) -> Rgb {
-        let flat = math::hypot(dir.x, dir.z);
-        let turn = angles((), dir.x, -dir.z, 1) / (2.0 * PI) + 0.5;
-        let height = 0.5 - angles((), dir.y, flat, 1) / PI;
+    fn mean(&self, Place { turn, height, flat }: &Place, spread: f64) -> Rgb {
         let down = (height * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
         let (row, share) = (down.floor() as usize, down - down.floor());
         let next = (row + 1).min(self.rows - 1);
         // Towards the poles texels become narrow.
         let width = spread / (2.0 * PI * flat.max(1e-9)) * self.columns() as f64;
-        self.across(row, turn, width) * (1.0 - share) + self.across(next, turn, width) * share
+        self.across(row, *turn, width) * (1.0 - share) + self.across(next, *turn, width) * share
     }
 
     /// The mean over so many texels of a row.

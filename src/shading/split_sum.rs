@@ -17,18 +17,21 @@ const FACETS: [u32; 2] = [16, 64];
 /// The cosine that stands for light along the surface, where no facet is seen.
 const ALONG: f64 = 1e-3;
 
-/// a and b by cosine and roughness.
-struct Table(Vec<[f64; 2]>);
+/// a and b by cosine, for one roughness.
+type Column = [[f64; 2]; COSINES + 1];
+
+/// The columns of those roughnesses that a surface has asked for.
+struct Table([OnceLock<Column>; ROUGHNESSES + 1]);
 
 impl Table {
     fn get() -> &'static Self {
-        static TABLE: OnceLock<Table> = OnceLock::new();
-        TABLE.get_or_init(|| {
-            let at =
-                |i: usize| integral(ratio(i / (ROUGHNESSES + 1), COSINES), ratio(i % (ROUGHNESSES + 1), ROUGHNESSES));
-            // By one thread: in a pool, it might take up other work that waits for the table.
-            Self((0..(COSINES + 1) * (ROUGHNESSES + 1)).map(at).collect())
-        })
+        static TABLE: Table = Table([const { OnceLock::new() }; ROUGHNESSES + 1]);
+        &TABLE
+    }
+
+    /// By one thread: in a pool, it might take up other work that waits for the column.
+    fn column(&self, j: usize) -> &Column {
+        self.0[j].get_or_init(|| std::array::from_fn(|i| integral(ratio(i, COSINES), ratio(j, ROUGHNESSES))))
     }
 
     /// Bilinear.
@@ -39,9 +42,9 @@ impl Table {
             (whole, x - whole as f64)
         };
         let ((i, across), (j, along)) = (place(cosine, COSINES), place(roughness, ROUGHNESSES));
-        let entry = |i: usize, j: usize| self.0[i * (ROUGHNESSES + 1) + j];
+        let (here, next) = (self.column(j), self.column(j + 1));
         let mix = |a: [f64; 2], b: [f64; 2], part: f64| [0, 1].map(|k| a[k] * (1.0 - part) + b[k] * part);
-        mix(mix(entry(i, j), entry(i, j + 1), along), mix(entry(i + 1, j), entry(i + 1, j + 1), along), across)
+        mix(mix(here[i], next[i], along), mix(here[i + 1], next[i + 1], along), across)
     }
 }
 

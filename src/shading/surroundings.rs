@@ -10,9 +10,10 @@ use crate::lanes::{Double, Lanes, Mask, Real, V3};
 use crate::math::Rgb;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::ops::RangeInclusive;
+use std::sync::{Arc, OnceLock};
 
-/// Roughness of each blurred picture, and its rows. A lobe is wider than a texel.
+/// Roughness of each blurred picture, and its rows. A lobe is wider than a texel. The sharper ones have three quarters of all texels.
 const BLURRED: [(f64, u32); 6] = [(0.1, 64), (0.2, 64), (0.35, 32), (0.5, 32), (0.75, 16), (1.0, 16)];
 
 /// Directions of a lobe that are looked up, each over its share of the lobe.
@@ -25,19 +26,48 @@ pub struct Surroundings {
     harmonics: [[f64; 3]; 9],
     /// The brightest of it.
     most: [f64; 3],
-    /// From sharp to blurred completely, each with its roughness.
-    pictures: Vec<(f64, Environment)>,
+    /// The surroundings as they are.
+    sharp: Environment,
+    /// From hardly blurred to completely, those that a surface has asked for.
+    blurred: [OnceLock<Environment>; BLURRED.len()],
 }
 
 impl Surroundings {
-    /// Those of an environment map.
-    pub fn new(environment: &Environment) -> Self {
+    /// Those of an environment map, for surfaces of some roughnesses.
+    pub fn new(environment: &Environment, roughnesses: &[RangeInclusive<f64>]) -> Self {
         let sphere = Sphere::new(environment);
-        let blurred = BLURRED.par_iter().map(|(roughness, rows)| (*roughness, blurred(&sphere, *roughness, *rows)));
-        let mut pictures = vec![(0.0, environment.clone())];
-        pictures.extend(blurred.collect::<Vec<_>>());
         let most = environment.mipmap.brightest().map(|channel| channel * environment.intensity);
-        Self { harmonics: harmonics(&sphere), most, pictures }
+        let blurred = std::array::from_fn(|_| OnceLock::new());
+        let surroundings = Self { harmonics: harmonics(&sphere), most, sharp: environment.clone(), blurred };
+        surroundings.blur(roughnesses, || sphere);
+        surroundings
+    }
+
+    /// Gets them ready for surfaces of more roughnesses, on all threads. Without it the first ray that needs a picture waits for it.
+    pub fn prepare(&self, roughnesses: &[RangeInclusive<f64>]) {
+        self.blur(roughnesses, || Sphere::new(&self.sharp));
+    }
+
+    fn blur(&self, roughnesses: &[RangeInclusive<f64>], sphere: impl FnOnce() -> Sphere) {
+        let is_wanted =
+            |i: &usize| self.blurred[*i].get().is_none() && roughnesses.iter().any(|range| is_seen(*i, range));
+        let missing: Vec<usize> = (0..BLURRED.len()).filter(is_wanted).collect();
+        if missing.is_empty() {
+            return;
+        }
+        let sphere = sphere();
+        missing.into_par_iter().for_each(|i| _ = self.blurred[i].set(blurred(&sphere, i)));
+    }
+
+    /// Picture 0 is the sharp one.
+    fn picture(&self, i: usize) -> &Environment {
+        match i.checked_sub(1) {
+            Some(i) => self.blurred[i].get_or_init(
+                #[cold]
+                || blurred(&Sphere::new(&self.sharp), i),
+            ),
+            None => &self.sharp,
+        }
     }
 
     /// The brightest of it.
@@ -45,9 +75,9 @@ impl Surroundings {
         self.most
     }
 
-    /// Bytes of memory it takes beside its environment.
+    /// Most bytes of memory it takes beside its environment: surfaces of more roughnesses may come.
     pub fn bytes(&self) -> usize {
-        self.pictures.iter().skip(1).map(|(_, picture)| picture.mipmap.bytes()).sum()
+        BLURRED.iter().map(|(_, rows)| Mipmap::bytes_for(2 * rows, *rows, false) as usize).sum()
     }
 
     /// The light that a white surface with unit normals `n` scatters.
@@ -70,22 +100,36 @@ impl Surroundings {
     pub fn reflected<W: Double>(&self, s: W::Simd, dir: V3<W>, roughness: W, lanes: u32) -> V3<W> {
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let mut light = V3 { x: zero, y: zero, z: zero };
-        for (i, (own, picture)) in self.pictures.iter().enumerate() {
+        for i in 0..=BLURRED.len() {
+            let own = roughness_of(i);
             // 1 at its own roughness, falling to 0 at that of its neighbours.
-            let part = |other: Option<&(f64, Environment)>| match other {
-                Some((other, _)) => one - (roughness - W::lit(s, *own)) / W::lit(s, other - own),
+            let part = |other: Option<usize>| match other.map(roughness_of) {
+                Some(other) => one - (roughness - W::lit(s, own)) / W::lit(s, other - own),
                 None => one,
             };
-            let before = i.checked_sub(1).and_then(|before| self.pictures.get(before));
-            let weight = part(before).min(part(self.pictures.get(i + 1))).min(one);
+            let next = Some(i + 1).filter(|next| *next <= BLURRED.len());
+            let weight = part(i.checked_sub(1)).min(part(next)).min(one);
             let near = weight.gt(zero);
             if near.bits() & lanes != 0 {
-                let seen = picture.radiance(s, dir, zero, near.bits() & lanes);
+                let seen = self.picture(i).radiance(s, dir, zero, near.bits() & lanes);
                 light = light + seen * W::select(near, weight, zero);
             }
         }
         light
     }
+}
+
+/// The roughness of a picture; 0 is the sharp one.
+fn roughness_of(picture: usize) -> f64 {
+    picture.checked_sub(1).map_or(0.0, |i| BLURRED[i].0)
+}
+
+/// Whether surfaces of a range of roughnesses see a blurred picture: those between the roughnesses of its neighbours do.
+fn is_seen(i: usize, range: &RangeInclusive<f64>) -> bool {
+    /// Single precision rounds roughnesses.
+    const ROUNDED: f64 = 1e-6;
+    let above = BLURRED.get(i + 1).map_or(f64::INFINITY, |(roughness, _)| *roughness);
+    range.start() - ROUNDED < above && range.end() + ROUNDED > roughness_of(i)
 }
 
 fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
@@ -104,8 +148,10 @@ fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
     std::array::from_fn(|i| (sums[i] * factors[i]).to_array())
 }
 
-/// The picture that lobes of a roughness see in each direction, looked at head on.
-fn blurred(sphere: &Sphere, roughness: f64, rows: u32) -> Environment {
+/// A blurred picture: what lobes of its roughness see in each direction, looked at head on. By one thread: in a pool, one that makes a
+/// picture for a ray might take up other work that waits for it.
+fn blurred(sphere: &Sphere, i: usize) -> Environment {
+    let (roughness, rows) = BLURRED[i];
     let alpha = roughness * roughness;
     let up = V3 { x: 0.0, y: 0.0, z: 1.0 };
     let looks: Vec<(V3<f64>, f64, f64)> = (0..LOOKS)
@@ -130,6 +176,44 @@ fn blurred(sphere: &Sphere, roughness: f64, rows: u32) -> Environment {
         });
         (light / all).to_array().map(|channel| channel as f32)
     };
-    let texels = (0..2 * rows * rows).into_par_iter().map(texel).collect();
+    let texels = (0..2 * rows * rows).map(texel).collect();
     Environment { mipmap: Arc::new(Mipmap::new(2 * rows, rows, texels)), turn: 0.0, intensity: 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::texture::environment::clear_sky;
+    use glam::DVec3;
+
+    fn made(surroundings: &Surroundings) -> usize {
+        surroundings.blurred.iter().filter(|picture| picture.get().is_some()).count()
+    }
+
+    /// What is ready beforehand is all that is looked at, and pictures are the same whoever makes them.
+    #[test]
+    fn surfaces_need_the_pictures_of_their_roughness_alone() {
+        let [zenith, horizon, ground] = [[0.1, 0.2, 0.9], [0.8, 0.9, 1.0], [0.2, 0.1, 0.0]].map(Rgb::from_array);
+        let sky = Arc::new(clear_sky(zenith, horizon, ground));
+        let sky = Environment { mipmap: sky, turn: 0.2, intensity: 1.5 };
+        let whole = Surroundings::new(&sky, &[0.0..=1.0]);
+        assert_eq!(made(&whole), BLURRED.len());
+        let dir = DVec3::new(0.3, 0.4, -0.5).normalize();
+        let dir = V3 { x: dir.x, y: dir.y, z: dir.z };
+        for roughness in [0.0, 0.05, 0.1, 0.27, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0] {
+            // As the lanes of single precision have it.
+            for seen in [roughness, f64::from(roughness as f32)] {
+                let own = Surroundings::new(&sky, &[roughness..=roughness]);
+                let ready = made(&own);
+                assert!(ready <= 3, "{roughness}: {ready}");
+                let light = own.reflected((), dir, seen, 1);
+                assert_eq!(made(&own), ready, "{roughness}");
+                let late = Surroundings::new(&sky, &[]).reflected((), dir, seen, 1);
+                let expected = whole.reflected((), dir, seen, 1);
+                for other in [light, late] {
+                    assert_eq!([other.x, other.y, other.z], [expected.x, expected.y, expected.z], "{roughness}");
+                }
+            }
+        }
+    }
 }

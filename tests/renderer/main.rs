@@ -26,6 +26,7 @@ mod models {
     mod pictures;
     mod refusals;
     mod scenes;
+    mod sizes;
 }
 mod plan {
     mod depth;

@@ -88,7 +88,7 @@ fn picture() -> Value {
             "Content-Location": optional("Where this picture stays, as long as its scene is known."),
             "Repr-Digest": header("SHA-256 of the picture's file (RFC 9530)."),
             "Render-Plan": header("Effects that were simulated."),
-            "Render-Warnings": optional("Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all."),
+            "Render-Warnings": optional("Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all."),
         },
         "content": Map::from_iter(formats),
     })

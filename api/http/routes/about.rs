@@ -127,6 +127,8 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         scene::RAYS_PER_SAMPLE,
         scene::TREE_RAYS,
         scene::PROBLEMS,
+        scene::IMPORT_WARNINGS,
+        scene::IMPORT_WARNING_BYTES,
     ];
     let counts = scene_limits.into_iter().map(|limit| (limit.name, Number::from(limit.max)));
     let lengths = [("magnitude", scene::MAGNITUDE), ("smallest_length", scene::SMALLEST_LENGTH)];

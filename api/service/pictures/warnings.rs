@@ -7,28 +7,36 @@ use strahl::scene::Problem;
 pub(crate) const NAME: &str = "render-warnings";
 /// Most warnings in the header.
 const SHOWN: usize = 12;
+/// What stands after them if there are more.
+const MORE: &str = "and more: POST /v1/scenes/validate lists all";
 /// Most characters of a warning.
 const LONGEST: usize = 200;
 
 /// The line, if there are any.
 pub(crate) fn line(warnings: &[Problem], shortfall: Option<&str>) -> Option<String> {
     let sentences = shortfall.map(str::to_owned).into_iter().chain(warnings.iter().map(sentence));
-    let texts: Vec<String> = sentences.take(SHOWN).map(quoted).collect();
+    let mut texts: Vec<String> = sentences.take(SHOWN + 1).map(quoted).collect();
+    if texts.len() > SHOWN {
+        texts[SHOWN] = quoted(MORE.to_owned());
+    }
     (!texts.is_empty()).then(|| texts.join(", "))
 }
 
 /// The lines of several pictures as one, with each warning once.
 pub(crate) fn together<'a>(lines: impl Iterator<Item = &'a str>) -> Option<String> {
-    let mut texts: Vec<&str> = Vec::new();
+    let (mut texts, mut has_more): (Vec<&str>, _) = (Vec::new(), false);
     for line in lines {
         // Quotes inside of a text have a backslash before them, so none begins after a blank.
         let inside = line.strip_prefix('"').and_then(|line| line.strip_suffix('"')).unwrap_or(line);
         for text in inside.split("\", \"") {
-            if texts.len() < SHOWN && !texts.contains(&text) {
+            if text == MORE || texts.len() == SHOWN && !texts.contains(&text) {
+                has_more = true;
+            } else if !texts.contains(&text) {
                 texts.push(text);
             }
         }
     }
+    texts.extend(has_more.then_some(MORE));
     (!texts.is_empty()).then(|| format!("\"{}\"", texts.join("\", \"")))
 }
 
@@ -61,6 +69,17 @@ mod tests {
         let all = together([value.as_str(), more.as_str()].into_iter()).unwrap();
         assert_eq!(all, format!("{value}, \"/materials/gl?s: else\""));
         assert!(together(std::iter::empty()).is_none());
-        assert_eq!(line(&vec![warning("again"); 19], None).unwrap().matches("again").count(), SHOWN);
+        let long = line(&vec![warning("again"); 19], None).unwrap();
+        assert_eq!(long.matches("again").count(), SHOWN);
+        assert!(
+            long.ends_with(&format!(", \"{MORE}\""))
+                && !line(&vec![warning("again"); SHOWN], None).unwrap().contains(MORE)
+        );
+        let [odd, even] = [1, 2].map(|first| {
+            let all: Vec<_> = (0..20).map(|i| warning(&(2 * i + first).to_string())).collect();
+            line(&all, None).unwrap()
+        });
+        let both = together([odd.as_str(), even.as_str()].into_iter()).unwrap();
+        assert_eq!((both.matches("gl?s").count(), both.matches(MORE).count()), (SHOWN, 1));
     }
 }

@@ -38,7 +38,27 @@ impl Component {
         }
     }
 
+    /// An index. Only unsigned integers are.
+    fn index(self, bytes: &[u8]) -> u32 {
+        match self {
+            Self::U8 => u32::from(bytes[0]),
+            Self::U16 => u32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+            _ => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+        }
+    }
+
+    /// The numbers of an element; what it has none for is 0.
+    fn numbers<const N: usize>(self, element: &[u8], normalized: bool) -> [f64; N] {
+        let mut numbers = [0.0; N];
+        let size = self.size() as usize;
+        for (number, bytes) in numbers.iter_mut().zip(element.chunks_exact(size)) {
+            *number = self.number(bytes, normalized);
+        }
+        numbers
+    }
+
     /// A number, as it is or as a part of the largest.
+    #[inline]
     fn number(self, bytes: &[u8], normalized: bool) -> f64 {
         let most = |most: f64| if normalized { most } else { 1.0 };
         let signed = |number: f64, most: f64| if normalized { (number / most).max(-1.0) } else { number };
@@ -177,28 +197,14 @@ impl Buffers<'_> {
     ) -> Result<Vec<[f64; N]>, Fault> {
         let accessor = &document.accessors[index];
         let (component, width) = self.typed(accessor, index, widths)?;
-        self.budget.take(accessor.count, size_of::<[f64; N]>())?;
-        let count = accessor.count as usize;
-        let size = component.size() * width as u64;
-        let mut elements = match (self.from_draco.get(&index), accessor.buffer_view) {
-            (Some(bytes), _) => {
-                let run = Run { offset: 0, stride: size, count: accessor.count };
-                let elements = run.elements(bytes, component, width, accessor.normalized);
-                elements.ok_or_else(|| ends_early(format!("/accessors/{index}")))?
+        let normalized = accessor.normalized;
+        let elements: Vec<[f64; N]> = match component {
+            // Most are: it is told once, and not for each number.
+            Component::F32 => {
+                self.list(document, index, width, [0.0; N], |bytes| Component::F32.numbers(bytes, false))?
             }
-            (None, Some(view)) => {
-                let stride = document.views[view].byte_stride.unwrap_or(size);
-                let run = Run { offset: accessor.byte_offset, stride, count: accessor.count };
-                self.run(view, run, component, width, accessor.normalized)?
-            }
-            (None, None) => vec![[0.0; N]; count],
+            other => self.list(document, index, width, [0.0; N], |bytes| other.numbers(bytes, normalized))?,
         };
-        if let Some(sparse) = &accessor.sparse {
-            let places = self.sparse_places(document, accessor, index)?;
-            let run = Run { offset: sparse.values.byte_offset, stride: size, count: sparse.count };
-            let values = self.run::<N>(sparse.values.buffer_view, run, component, width, accessor.normalized)?;
-            places.into_iter().zip(values).for_each(|(place, value)| elements[place as usize] = value);
-        }
         if component == Component::F32
             && let Some(at) = elements.iter().position(|element| element.iter().any(|number| !number.is_finite()))
         {
@@ -217,8 +223,43 @@ impl Buffers<'_> {
             let detail = "indices are unsigned bytes, shorts or ints";
             return Err(Fault::new(format!("/accessors/{index}/componentType"), Kind::OutOfRange, detail));
         }
-        let elements = self.elements::<1>(document, index, &["SCALAR"])?;
-        Ok(elements.into_iter().map(|[number]| number as u32).collect())
+        match component {
+            Component::U32 => self.list(document, index, 1, 0, |bytes| Component::U32.index(bytes)),
+            other => self.list(document, index, 1, 0, |bytes| other.index(bytes)),
+        }
+    }
+
+    /// All elements of an accessor of a known type, as they are read of their bytes; `nothing` where it names none.
+    fn list<T: Copy>(
+        &self,
+        document: &Document,
+        index: usize,
+        width: usize,
+        nothing: T,
+        read: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Fault> {
+        let accessor = &document.accessors[index];
+        self.budget.take(accessor.count, size_of::<T>())?;
+        let component = Component::of(accessor.component_type).map_or(0, Component::size);
+        let size = component * width as u64;
+        let mut elements = match (self.from_draco.get(&index), accessor.buffer_view) {
+            (Some(bytes), _) => {
+                let run = Run { offset: 0, stride: size, count: accessor.count };
+                run.elements(bytes, size, &read).ok_or_else(|| ends_early(format!("/accessors/{index}")))?
+            }
+            (None, Some(view)) => {
+                let stride = document.views[view].byte_stride.unwrap_or(size);
+                self.run(view, Run { offset: accessor.byte_offset, stride, count: accessor.count }, size, &read)?
+            }
+            (None, None) => vec![nothing; accessor.count as usize],
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let places = self.sparse_places(document, accessor, index)?;
+            let run = Run { offset: sparse.values.byte_offset, stride: size, count: sparse.count };
+            let values = self.run(sparse.values.buffer_view, run, size, &read)?;
+            places.into_iter().zip(values).for_each(|(place, value)| elements[place as usize] = value);
+        }
+        Ok(elements)
     }
 
     fn typed(&self, accessor: &Accessor, index: usize, widths: &[&str]) -> Result<(Component, usize), Fault> {
@@ -238,9 +279,8 @@ impl Buffers<'_> {
         let view = sparse.indices.buffer_view;
         let stride = document.views[view].byte_stride.unwrap_or(component.size());
         let run = Run { offset: sparse.indices.byte_offset, stride, count: sparse.count };
-        self.budget.take(sparse.count, 8)?;
-        let places = self.run::<1>(view, run, component, 1, false)?;
-        let places: Vec<u32> = places.into_iter().map(|[place]| place as u32).collect();
+        self.budget.take(sparse.count, 4)?;
+        let places = self.run(view, run, component.size(), |bytes| component.index(bytes))?;
         if let Some(at) = places.windows(2).position(|pair| pair[0] >= pair[1]) {
             return Err(wrong(format!("the indices do not rise after the one at {at}")));
         }
@@ -252,15 +292,8 @@ impl Buffers<'_> {
         }
     }
 
-    fn run<const N: usize>(
-        &self,
-        view: usize,
-        run: Run,
-        component: Component,
-        width: usize,
-        normalized: bool,
-    ) -> Result<Vec<[f64; N]>, Fault> {
-        let elements = run.elements(self.view(view)?, component, width, normalized);
+    fn run<T>(&self, view: usize, run: Run, size: u64, read: impl Fn(&[u8]) -> T) -> Result<Vec<T>, Fault> {
+        let elements = run.elements(self.view(view)?, size, read);
         elements.ok_or_else(|| ends_early(format!("/bufferViews/{view}")))
     }
 }
@@ -270,25 +303,15 @@ fn ends_early(pointer: String) -> Fault {
 }
 
 impl Run {
-    /// The elements, if all are there; what they have no numbers for is 0.
-    fn elements<const N: usize>(
-        self,
-        bytes: &[u8],
-        component: Component,
-        width: usize,
-        normalized: bool,
-    ) -> Option<Vec<[f64; N]>> {
-        let size = component.size() as usize;
-        let (offset, stride) = (self.offset as usize, self.stride as usize);
-        let at = |i: usize| {
-            let start = offset + i * stride;
-            let element = bytes.get(start..start + size * width)?;
-            let mut numbers = [0.0; N];
-            for (c, number) in numbers.iter_mut().enumerate().take(width) {
-                *number = component.number(&element[c * size..], normalized);
-            }
-            Some(numbers)
-        };
-        (0..self.count as usize).map(at).collect()
+    /// The elements of so many bytes, if all are there.
+    fn elements<T>(self, bytes: &[u8], size: u64, read: impl Fn(&[u8]) -> T) -> Option<Vec<T>> {
+        let Some(last) = self.count.checked_sub(1) else { return Some(Vec::new()) };
+        let end = self.stride.checked_mul(last).and_then(|end| end.checked_add(self.offset)?.checked_add(size));
+        if end.is_none_or(|end| end > bytes.len() as u64) {
+            return None;
+        }
+        let (offset, stride, size) = (self.offset as usize, self.stride as usize, size as usize);
+        let at = |i: usize| read(&bytes[offset + i * stride..][..size]);
+        Some((0..self.count as usize).map(at).collect())
     }
 }

@@ -69,6 +69,7 @@ fn check_with(description: &Description, check_objects: fn(&mut Findings, &Descr
         findings.number(at.key("background"), color.0.max_element(), "a colour of channels between 0 and 1", is_shown);
     }
     findings.number(at.key("exposure"), stops, "between -32 and 32", stops.abs() <= 32.0);
+    check_import_warnings(&mut findings, description);
     if findings.problems.is_empty() { Ok(()) } else { Err(Problems(findings.problems)) }
 }
 
@@ -91,6 +92,16 @@ fn check_image(findings: &mut Findings, description: &Description) {
     }
     let pixels = u64::from(description.image.width) * u64::from(description.image.height);
     findings.count(image, "pixels", pixels, limits::PIXELS);
+}
+
+fn check_import_warnings(findings: &mut Findings, description: &Description) {
+    let at = Path::ROOT.key("import_warnings");
+    let warnings = &description.import_warnings;
+    findings.count(at, "warnings", warnings.len() as u64, limits::IMPORT_WARNINGS);
+    for (i, warning) in warnings.iter().enumerate().take(limits::IMPORT_WARNINGS.max as usize) {
+        let bytes = warning.detail.len() as u64;
+        findings.count(at.index(i).key("detail"), "bytes", bytes, limits::IMPORT_WARNING_BYTES);
+    }
 }
 
 fn check_environment(findings: &mut Findings, at: Path<'_>, environment: &Environment) {

@@ -101,7 +101,17 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, descript
     }
     warnings.extend(found_by_chance(description, world).take(limits::PROBLEMS.max as usize));
     warnings.extend(too_far_away(description, world));
+    warnings.extend(of_import(description));
     warnings.truncate(limits::PROBLEMS.max as usize);
+}
+
+/// What was said of the model that the scene was made of.
+fn of_import(description: &Description) -> impl Iterator<Item = Problem> {
+    let fidelity = description.render.fidelity;
+    let holds =
+        description.import_warnings.iter().filter(move |warning| warning.fidelity.is_none_or(|it| it == fidelity));
+    // A pointer would be one into another file than the scene's.
+    holds.map(|warning| Problem::new("", warning.code.into(), warning.detail.clone()))
 }
 
 /// Materials that glow and are not looked for, where rays bring light. Small bodies of them are met by so few rays that the estimate

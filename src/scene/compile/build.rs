@@ -74,7 +74,8 @@ pub(super) fn build<R: Real>(
     let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
     let is_hidden = in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none());
     let without_rays = if faithful { catches && !is_hidden } else { lights_surfaces };
-    let surroundings = environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, lit_before));
+    let surroundings =
+        environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, &builder.materials, lit_before));
     // Fog hides the surroundings from rays, not the light that surfaces have without rays.
     if is_hidden {
         environment = None;

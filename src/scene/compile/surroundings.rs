@@ -3,10 +3,13 @@
 use crate::math::Rgb;
 use crate::scene::description::{self as d, Description};
 use crate::scene::pictures::{Meaning, Pictures};
+use crate::shading::material::Material;
+use crate::shading::pbr::Channel;
 use crate::shading::surroundings::Surroundings;
 use crate::shading::texture::environment::{Environment, clear_sky};
 use crate::shading::texture::studio::studio;
 use parking_lot::Mutex;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// What rays see that hit nothing: a colour, or a picture if it has more than one.
@@ -30,29 +33,49 @@ pub(super) fn seen_around(description: &Description, pictures: &Pictures) -> (Rg
     }
 }
 
+/// The roughnesses of surfaces that see surroundings. Texels are up to 1.
+fn roughnesses<R>(materials: &[Material<R>]) -> Vec<RangeInclusive<f64>> {
+    let of = |channel: &Channel<f64>| match channel.texel {
+        Some(_) => 0.0..=channel.factor,
+        None => channel.factor..=channel.factor,
+    };
+    let lit =
+        materials.iter().filter_map(|material| material.pbr.as_ref()).filter(|pbr| !pbr.unlit && !pbr.catches_shadows);
+    lit.flat_map(|pbr| {
+        let lacquer = (pbr.clearcoat.factor > 0.0).then(|| of(&pbr.clearcoat_roughness));
+        [of(&pbr.roughness)].into_iter().chain(lacquer)
+    })
+    .collect()
+}
+
 /// The light of surroundings: that of the scene that this one is a variation of, or of a studio that stood like this before, if it is
 /// the same.
-pub(super) fn surroundings(map: &Environment, before: Option<(&Environment, &Arc<Surroundings>)>) -> Arc<Surroundings> {
+pub(super) fn surroundings<R>(
+    map: &Environment,
+    materials: &[Material<R>],
+    before: Option<(&Environment, &Arc<Surroundings>)>,
+) -> Arc<Surroundings> {
     /// Studios that are kept, at 0.4 MB each: views of models have names, so they stand in few ways.
     const STUDIOS: usize = 16;
     static KEPT: Mutex<Vec<(Environment, Arc<Surroundings>)>> = Mutex::new(Vec::new());
     let same = |other: &Environment| {
         Arc::ptr_eq(&other.mipmap, &map.mipmap) && other.turn == map.turn && other.intensity == map.intensity
     };
-    if let Some((_, known)) = before.filter(|(other, _)| same(other)) {
-        return Arc::clone(known);
+    let seen = roughnesses(materials);
+    let before = before.filter(|(other, _)| same(other)).map(|(_, known)| Arc::clone(known));
+    let is_studio = Arc::ptr_eq(&map.mipmap, &studio());
+    let kept = || KEPT.lock().iter().find(|(other, _)| same(other)).map(|(_, known)| Arc::clone(known));
+    if let Some(known) = before.or_else(|| kept().filter(|_| is_studio)) {
+        known.prepare(&seen);
+        return known;
     }
-    if !Arc::ptr_eq(&map.mipmap, &studio()) {
-        return Arc::new(Surroundings::new(map));
-    }
-    let known = KEPT.lock().iter().find(|(other, _)| same(other)).map(|(_, known)| Arc::clone(known));
-    known.unwrap_or_else(|| {
-        let made = Arc::new(Surroundings::new(map));
+    let made = Arc::new(Surroundings::new(map, &seen));
+    if is_studio {
         let mut kept = KEPT.lock();
         if kept.len() == STUDIOS {
             kept.remove(0);
         }
         kept.push((map.clone(), Arc::clone(&made)));
-        made
-    })
+    }
+    made
 }

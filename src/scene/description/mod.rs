@@ -9,6 +9,7 @@ mod color;
 mod diffuse;
 mod film;
 mod fog;
+mod import_warning;
 mod light;
 mod material;
 mod models;
@@ -26,6 +27,7 @@ pub(in crate::scene) use color::HEX;
 pub use diffuse::Diffuse;
 pub use film::{Film, FilmBackground};
 pub use fog::{Fog, FogHeight};
+pub use import_warning::ImportWarning;
 pub use light::{
     AngularArea, Area, DirectionalLight, DiscArea, Falloff, Light, LinearFalloff, ParallelogramArea, PointLight,
     SpotLight, WindowedFalloff,
@@ -110,6 +112,10 @@ pub struct Description {
     /// How light becomes colours.
     #[serde(default, skip_serializing_if = "Film::is_default")]
     pub film: Film,
+    /// What the file of a model said and the scene does not, which each answer repeats as warnings: at most 50.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 50))]
+    pub import_warnings: Vec<ImportWarning>,
     /// What the models among its objects are, once they have been read.
     #[serde(skip)]
     pub models: ReadModels,
@@ -134,6 +140,7 @@ impl Description {
             objects: objects.into(),
             render: RenderSettings::default(),
             film: Film::default(),
+            import_warnings: Vec::new(),
             models: ReadModels::default(),
         }
     }

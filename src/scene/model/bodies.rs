@@ -2,7 +2,7 @@
 
 use crate::models::{Geometry, Model};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
-use crate::scene::limits::NAME_BYTES;
+use crate::scene::limits::{Limit, NAME_BYTES};
 use crate::scene::named::Named;
 use glam::DMat4;
 
@@ -17,7 +17,7 @@ pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Nam
         // The last that needs it takes it.
         let own = if uses[placement.geometry] == 0 { std::mem::take(geometry) } else { geometry.clone() };
         let material = placement.material.or(Some(names.len() - 1)).map(|index| names[index].clone());
-        let name = placement.name.as_deref().map(shortened);
+        let name = placement.name.as_deref().map(|name| shortened(name, NAME_BYTES));
         if let [only] = placement.transforms.as_slice() {
             // Its triangles are in the hierarchy of the scene: one level less for every ray.
             let moved = if *only == DMat4::IDENTITY { own } else { baked(&own, only) };
@@ -72,11 +72,11 @@ fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> M
     }
 }
 
-/// A name, cut where scenes allow no more of it.
-pub(super) fn shortened(name: &str) -> String {
-    let mut end = name.len().min(NAME_BYTES.max as usize);
-    while !name.is_char_boundary(end) {
+/// A text, cut where scenes allow no more bytes of it.
+pub(super) fn shortened(text: &str, bytes: Limit) -> String {
+    let mut end = text.len().min(bytes.max as usize);
+    while !text.is_char_boundary(end) {
         end -= 1;
     }
-    name[..end].to_owned()
+    text[..end].to_owned()
 }

@@ -8,6 +8,7 @@ use crate::scene::description::{
     AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Fidelity, Light, PointLight, SpotLight,
     WindowedFalloff,
 };
+use crate::scene::limits::MAGNITUDE;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -20,6 +21,11 @@ const BESIDE_LAMPS: f64 = 0.2;
 
 /// Angle of the soft key light in degrees: a window, two of its widths away.
 const SOFT: f64 = 15.0;
+
+/// Most stops of the film. What is brighter is dimmed: nobody can tell.
+const MOST_STOPS: f64 = 32.0;
+/// What that many stops make white.
+const BRIGHTEST: f64 = 4_294_967_296.0;
 
 /// What lights a model.
 pub(super) struct LitBy {
@@ -61,14 +67,17 @@ pub(super) fn lights(
     }
     // Lamps are as bright as in the world: hundreds of candela, or a sun.
     let bright = brightness(lamps, middle);
-    let exposure = if bright > 1.0 { -math::log2(bright).min(32.0) } else { 0.0 };
+    let strongest = lamps.iter().map(strength).fold(0.0, f64::max);
+    let dimmed = (BRIGHTEST / bright).min(MAGNITUDE / strongest).min(1.0);
+    let bright = bright * dimmed;
+    let exposure = if bright > 1.0 { -math::log2(bright).min(MOST_STOPS) } else { 0.0 };
     if exposure < 0.0 {
         let detail =
             format!("the film is exposed by {exposure:.1} stops, so that white in the middle of the model is white");
         warn(warnings, Subject::Assumed, "exposure", detail);
     }
     let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS * bright.max(1.0)));
-    LitBy { lights: lamps.iter().map(light).collect(), surroundings, is_studio: false, exposure }
+    LitBy { lights: lamps.iter().map(|lamp| light(lamp, dimmed)).collect(), surroundings, is_studio: false, exposure }
 }
 
 /// The radiance of white in the middle of the model, if it faces all lamps.
@@ -76,14 +85,19 @@ fn brightness(lamps: &[Lamp], middle: DVec3) -> f64 {
     let of = |lamp: &Lamp| {
         let squared = lamp.placed.w_axis.truncate().distance_squared(middle);
         let fades = if lamp.kind == LampKind::Directional { 1.0 } else { squared.max(1e-12) };
-        lamp.intensity * lamp.color.iter().copied().fold(0.0, f64::max) / PI / fades
+        strength(lamp) / fades
     };
-    lamps.iter().map(of).sum()
+    lamps.iter().map(of).sum::<f64>().min(f64::MAX)
 }
 
-fn light(lamp: &Lamp) -> Light {
+/// The radiance of white that faces a lamp at a distance of 1.
+fn strength(lamp: &Lamp) -> f64 {
+    lamp.intensity * lamp.color.iter().copied().fold(0.0, f64::max) / PI
+}
+
+fn light(lamp: &Lamp, dimmed: f64) -> Light {
     let color = Color(Rgb::from_array(lamp.color));
-    let intensity = lamp.intensity / PI;
+    let intensity = lamp.intensity / PI * dimmed;
     let falloff = lamp.range.map_or(Falloff::InverseSquare, |range| Falloff::Windowed(WindowedFalloff { range }));
     let position = lamp.placed.w_axis.truncate().to_array();
     let along = lamp.placed.transform_vector3(DVec3::NEG_Z).try_normalize().unwrap_or(DVec3::NEG_Z);

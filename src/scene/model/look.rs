@@ -7,7 +7,7 @@ use crate::scene::check::is_closed;
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
 };
-use crate::scene::limits::MAGNITUDE;
+use crate::scene::limits::{MAGNITUDE, NAME_BYTES};
 use crate::scene::named::Named;
 use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;
@@ -50,7 +50,7 @@ pub(super) fn is_unlit(model: &Model) -> bool {
 
 /// A name that no other material has.
 pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
-    let wanted = shortened(if wanted.is_empty() { "material" } else { wanted });
+    let wanted = shortened(if wanted.is_empty() { "material" } else { wanted }, NAME_BYTES);
     if !named.contains_key(&wanted) {
         return wanted;
     }

@@ -8,6 +8,7 @@ mod look;
 mod origin;
 mod placed;
 mod problems;
+mod scale;
 mod studio;
 mod view;
 mod views;
@@ -18,7 +19,7 @@ pub use views::Views;
 
 pub use super::description::UpAxis;
 use super::description::{Description, PictureNames};
-use super::limits::MAGNITUDE;
+use super::limits::NAME_BYTES;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::models::{self, Choice, Model, ModelFormat, Up, Which, parts};
@@ -115,8 +116,6 @@ impl ModelOptions {
 pub struct Imported {
     /// The scene.
     pub description: Description,
-    /// What of the model is approximated or left out.
-    pub warnings: Vec<Problem>,
     /// Whether it has parts that were files, whose content may change.
     pub from_files: bool,
     /// How it is seen again.
@@ -185,20 +184,15 @@ fn read_upright(
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
     origin::moved_there(&mut model);
+    scale::scaled_to_units(&mut model)?;
     let is_unlit = look::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
     let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));
     let (materials, names, pictures) = look::materials(&mut model, "", &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions).bounds();
-    let size = bounds.map_or(0.0, |(low, high)| (high - low).max_element());
-    if !(size > 0.0 && size <= MAGNITUDE) {
-        let detail =
-            format!("the model is {size:e} units large: it can be seen if that is above 0 and at most {MAGNITUDE:e}");
-        return Err(Problems::one(Problem::new("", Code::Degenerate, detail)));
-    }
     let views = Views {
-        name: model.name.map(|name| bodies::shortened(&name)),
+        name: model.name.map(|name| bodies::shortened(&name, NAME_BYTES)),
         bodies: objects.len(),
         bounds,
         cameras: model.cameras,
@@ -207,8 +201,8 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
         warnings: [read, of_look, of_fast],
     };
     let seen = views.seen(&objects, &definitions, overrides)?;
-    let (description, warnings) = views.described(seen, definitions, objects, materials);
-    Ok(Imported { description, warnings, from_files: model.has_parts, views, pictures })
+    let description = views.described(seen, definitions, objects, materials);
+    Ok(Imported { description, from_files: model.has_parts, views, pictures })
 }
 
 /// Turns z up into y up; what faces -y then faces the front.

@@ -33,8 +33,8 @@ pub(super) fn moved_there(model: &mut Model) {
     model.warnings.push(Warning { subject: Subject::Assumed, what: "origin", detail, pointer: String::new() });
 }
 
-/// The box around the model.
-fn bounds(model: &Model) -> (DVec3, DVec3) {
+/// A box around the model, which may be larger than it.
+pub(super) fn bounds(model: &Model) -> (DVec3, DVec3) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for placement in &model.placements {
         let (least, most) = box_of(&model.geometries[placement.geometry].positions);

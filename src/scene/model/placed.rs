@@ -1,7 +1,8 @@
 //! Models in scenes: each becomes a definition with its meshes, with materials of its own, and an instance of that. Models that
 //! say the same are one definition.
 
-use super::{ModelOptions, bodies, look, problems, read_upright};
+use super::{ModelOptions, bodies, look, read_upright};
+use crate::models::Warning;
 use crate::scene::Files;
 use crate::scene::assets;
 use crate::scene::description::{
@@ -178,7 +179,7 @@ impl Reader<'_> {
         for list in ["/definitions", "/materials"] {
             self.places.insert(push_token(list, name), ModelPlace { meant: pointer.to_owned(), in_text: false });
         }
-        let at = |warning| Problem { pointer: pointer.to_owned(), ..problems::of_warning(warning) };
+        let at = |warning: Warning| Problem::new(pointer, warning.subject.into(), warning.to_string());
         self.warnings.extend(warnings.into_iter().map(at));
         self.materials.extend(materials);
         self.definitions.extend(definitions);

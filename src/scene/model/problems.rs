@@ -1,7 +1,10 @@
 //! Faults of models as problems of scenes, with their places.
 
-use crate::models::{Fault, Faults, Kind, ModelFormat, Place, Subject, Warning, gltf};
+use super::bodies::shortened;
+use crate::models::{Fault, Faults, Kind, ModelFormat, Place, Warning, gltf};
 use crate::scene::Problems;
+use crate::scene::description::{Fidelity, ImportWarning};
+use crate::scene::limits::IMPORT_WARNING_BYTES;
 use crate::scene::locate::{innermost, locate, place};
 use crate::scene::problem::{Code, Problem};
 
@@ -59,13 +62,8 @@ fn code(kind: Kind) -> Code {
     }
 }
 
-/// A warning as scenes have them. It has no pointer: that would be one into another file than the scene's.
-pub(super) fn of_warning(warning: Warning) -> Problem {
-    let code = match warning.subject {
-        Subject::NotSimulated => Code::NotSimulated,
-        Subject::Approximated => Code::Approximated,
-        Subject::Skipped => Code::Skipped,
-        Subject::Assumed => Code::Assumed,
-    };
-    Problem::new("", code, warning.to_string())
+/// A warning as the scene keeps it, which holds for one fidelity or for each.
+pub(super) fn of_warning(warning: &Warning, fidelity: Option<Fidelity>) -> ImportWarning {
+    let detail = shortened(&warning.to_string(), IMPORT_WARNING_BYTES);
+    ImportWarning { code: warning.subject, detail, fidelity }
 }

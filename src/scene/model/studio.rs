@@ -21,8 +21,9 @@ const LIFT: f64 = 0.03;
 /// The surroundings, turned so that their front is where the camera is.
 pub(super) fn surroundings(camera: &Camera, intensity: f64) -> Environment {
     let view = camera.view();
-    let [x, _, z] = [0, 1, 2].map(|i: usize| view.eye[i] - view.look_at[i]);
-    let turn = if x.abs().max(z.abs()) > 1e-9 { math::atan2(x, z) * 180.0 / PI } else { 0.0 };
+    let back = DVec3::from_array(view.eye) - DVec3::from_array(view.look_at);
+    let DVec3 { x, z, .. } = back;
+    let turn = if x.abs().max(z.abs()) > 1e-9 * back.length() { math::atan2(x, z) * 180.0 / PI } else { 0.0 };
     // Views of one name stand in the same studio, whatever the model.
     let turn = (turn * 1e6).round() / 1e6;
     Environment {

@@ -7,8 +7,10 @@ use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Subject, Warning, counted};
 use crate::scene::Overrides;
 use crate::scene::description::{
-    self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, Light, Material, Object,
+    self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, ImportWarning, Light, Material,
+    Object,
 };
+use crate::scene::limits::IMPORT_WARNINGS;
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems};
 use glam::DVec3;
@@ -38,7 +40,7 @@ pub(in crate::scene) struct Seen {
     environment: Option<Environment>,
     exposure: f64,
     pub(in crate::scene) has_floor: bool,
-    warnings: Vec<Problem>,
+    warnings: Vec<ImportWarning>,
 }
 
 impl Views {
@@ -69,9 +71,8 @@ impl Views {
         let fidelity = overrides.fidelity.unwrap_or_default();
         let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
         warnings.extend(of_look);
-        if fidelity == Fidelity::Fast {
-            warnings.extend(of_fast);
-        }
+        let warnings = warnings.iter().map(|warning| problems::of_warning(warning, None));
+        let of_fast = of_fast.iter().map(|warning| problems::of_warning(warning, Some(Fidelity::Fast)));
         // From below it would be between the camera and the model.
         let is_above = camera.view().eye[1] > camera.view().look_at[1];
         Ok(Seen {
@@ -81,7 +82,7 @@ impl Views {
             environment: lit_by.surroundings,
             exposure: lit_by.exposure,
             has_floor: self.bounds.is_some() && lit_by.is_studio && is_above,
-            warnings: warnings.into_iter().map(problems::of_warning).collect(),
+            warnings: warnings.chain(of_fast).take(IMPORT_WARNINGS.max as usize).collect(),
         })
     }
 
@@ -114,7 +115,7 @@ impl Views {
         definitions: Named<Vec<Object>>,
         mut objects: Vec<Object>,
         mut materials: Named<Material>,
-    ) -> (Description, Vec<Problem>) {
+    ) -> Description {
         if let Some(bounds) = self.bounds.filter(|_| seen.has_floor) {
             let name = look::free_name(&materials, "floor");
             materials.insert(name.clone(), studio::catcher());
@@ -130,7 +131,7 @@ impl Views {
         definitions: Arc<Named<Vec<Object>>>,
         objects: Arc<Vec<Object>>,
         materials: Named<Material>,
-    ) -> (Description, Vec<Problem>) {
+    ) -> Description {
         let mut description = Description::new(seen.camera, Vec::new());
         (description.definitions, description.objects, description.materials) = (definitions, objects, materials);
         description.name.clone_from(&self.name);
@@ -142,7 +143,8 @@ impl Views {
         let (exposure, tone) =
             if self.is_unlit { (0.0, ToneMapping::None) } else { (seen.exposure, ToneMapping::KhronosPbrNeutral) };
         description.film = d::Film { exposure, tone, background: FilmBackground::Transparent };
-        (description, seen.warnings)
+        description.import_warnings = seen.warnings;
+        description
     }
 
     /// Whether a view of the model has a floor.

@@ -12,14 +12,14 @@ use strahl::scene::{Format, NoFiles, Overrides, load};
 
 const SIDE: u32 = 96;
 
-fn overrides(view: &str) -> Overrides {
+pub(super) fn overrides(view: &str) -> Overrides {
     let model = ModelOptions { view: Some(view.parse().unwrap()), ..ModelOptions::default() };
     Overrides { model, width: Some(SIDE), height: Some(SIDE), ..Overrides::default() }
 }
 
 /// A model's codes, and how much of each pixel is covered.
-struct Seen {
-    codes: Vec<[u8; 3]>,
+pub(super) struct Seen {
+    pub(super) codes: Vec<[u8; 3]>,
     alpha: Vec<f32>,
 }
 
@@ -29,18 +29,18 @@ impl Seen {
         (self.codes[i], self.alpha[i])
     }
 
-    fn middle(&self) -> [u8; 3] {
+    pub(super) fn middle(&self) -> [u8; 3] {
         let (codes, alpha) = self.at(SIDE / 2, SIDE / 2);
         assert!(alpha > 0.999, "nothing is in the middle: {alpha}");
         codes
     }
 
-    fn opaque(&self) -> usize {
+    pub(super) fn opaque(&self) -> usize {
         self.alpha.iter().filter(|alpha| **alpha > 0.999).count()
     }
 }
 
-fn seen(bytes: &[u8], format: Format, overrides: &Overrides) -> Seen {
+pub(super) fn seen(bytes: &[u8], format: Format, overrides: &Overrides) -> Seen {
     let loaded = load(bytes, format, overrides).unwrap_or_else(|problems| panic!("{problems}"));
     let scene = &loaded.scene;
     let Film { pixels, alpha, .. } =
@@ -50,13 +50,13 @@ fn seen(bytes: &[u8], format: Format, overrides: &Overrides) -> Seen {
     Seen { codes: pixels.into_iter().map(|pixel| display.codes(pixel)).collect(), alpha }
 }
 
-type Corners = [[f32; 3]; 4];
+pub(super) type Corners = [[f32; 3]; 4];
 
 /// A square from -1 to 1 that faces +z.
-const FRONT: Corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+pub(super) const FRONT: Corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
 
 /// A glTF with a quad for each material.
-fn quads(quads: &[(Corners, Value)], more: Value) -> Vec<u8> {
+pub(super) fn quads(quads: &[(Corners, Value)], more: Value) -> Vec<u8> {
     let points: Vec<u8> =
         quads.iter().flat_map(|(corners, _)| corners.iter().flatten().flat_map(|x| x.to_le_bytes())).collect();
     let indices: Vec<u8> = [0_u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect();
@@ -91,7 +91,7 @@ fn quads(quads: &[(Corners, Value)], more: Value) -> Vec<u8> {
     document.to_string().into_bytes()
 }
 
-fn matte(color: [f64; 3]) -> Value {
+pub(super) fn matte(color: [f64; 3]) -> Value {
     let [r, g, b] = color;
     json!({ "doubleSided": true, "pbrMetallicRoughness": { "baseColorFactor": [r, g, b, 1], "metallicFactor": 0 } })
 }
@@ -102,12 +102,12 @@ fn unlit(color: [f64; 3]) -> Value {
     material
 }
 
-fn imported(bytes: &[u8], format: ModelFormat, overrides: &Overrides) -> Imported {
+pub(super) fn imported(bytes: &[u8], format: ModelFormat, overrides: &Overrides) -> Imported {
     import(format, bytes, overrides, &NoFiles).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
 fn warns(imported: &Imported, what: &str) -> bool {
-    imported.warnings.iter().any(|warning| warning.detail.starts_with(what))
+    imported.description.import_warnings.iter().any(|warning| warning.detail.starts_with(what))
 }
 
 #[test]
@@ -189,8 +189,9 @@ fn models_far_away_are_those_near_the_origin() {
     let near = scene([0.0; 3]);
     assert!(!warns(&near, "assumed: origin"));
     for at in [[1e6, 0.0, 0.0], [500_000.0, 4_649_776.0, -300.0]] {
-        let far = scene(at);
-        assert!(warns(&far, "assumed: origin"), "{:?}", far.warnings);
+        let mut far = scene(at);
+        assert!(warns(&far, "assumed: origin"), "{at:?}");
+        far.description.import_warnings.clear();
         assert_eq!(far.description, near.description);
     }
     // Instances, too: their vertices stay where they are.
@@ -207,7 +208,7 @@ fn models_far_away_are_those_near_the_origin() {
     assert_eq!(first.transform.matrix.unwrap()[12..15], [0.0; 3]);
 }
 
-const CUBE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+pub(super) const CUBE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 4 8 7 3\nf 1 5 8 4\nf 2 3 7 6\n";
 
 /// Pixels that are covered by a shadow alone.
@@ -288,7 +289,7 @@ fn obj_without_normals_is_smooth_up_to_creases() {
 #[test]
 fn models_that_cannot_be_seen_are_refused_as_models() {
     let point = b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n";
-    let huge = b"v 0 0 0\nv 3e37 0 0\nv 0 1 0\nf 1 2 3\n";
+    let huge = b"v 0 0 0\nv 3e70 0 0\nv 0 1 0\nf 1 2 3\n";
     for bytes in [point.as_slice(), huge] {
         let problems = import(ModelFormat::Obj, bytes, &Overrides::default(), &NoFiles).unwrap_err();
         assert!(problems.0.len() == 1 && problems.0[0].pointer.is_empty(), "{problems}");

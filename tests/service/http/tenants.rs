@@ -66,6 +66,44 @@ fn an_author_gets_the_own_text_back() {
     assert_eq!(service.get(&link).text(), spaced);
 }
 
+/// Files of one shape are one picture, but what is said of a file is said to who has sent it.
+#[test]
+fn warnings_are_of_the_own_file() {
+    let file = KeyFile::new("warnings", "");
+    let (one, two) = (file.key("one", "render,read"), file.key("two", "render,read"));
+    let service = file.serve(&[]);
+    let model = |library: &str| format!("{library}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let render = |key: &str, path: &str, library: &str| {
+        let headers = [("Content-Type", "model/obj"), ("Authorization", key)];
+        service.send("POST", path, &headers, model(library).as_bytes())
+    };
+    let path = "/v1/render?width=16&height=16";
+    let first = render(&one, path, "mtllib secret.mtl\n");
+    assert!(first.header("render-warnings").contains("secret.mtl"), "{}", first.header("render-warnings"));
+    let (second, third) = (render(&two, path, "mtllib other.mtl\n"), render(&two, path, ""));
+    let said = second.header("render-warnings");
+    assert!(said.contains("other.mtl") && !said.contains("secret"), "{said}");
+    assert!(!third.header("render-warnings").contains(".mtl"), "{}", third.header("render-warnings"));
+    assert!(first.body == second.body && second.body == third.body);
+    // The same of another view, and of the scene that is kept.
+    let seen = render(&two, &format!("{path}&view=left"), "mtllib other.mtl\n");
+    assert!(seen.header("render-warnings").contains("other.mtl"));
+    let kept = |key: &str, library: &str| {
+        let headers = [("Content-Type", "model/obj"), ("Authorization", key)];
+        let place =
+            service.send("POST", "/v1/scenes", &headers, model(library).as_bytes()).header("location").to_owned();
+        let image = keyed(&service, key, "GET", &format!("{place}/image?format=png"), "");
+        (keyed(&service, key, "GET", &place, "").text(), image.header("render-warnings").to_owned())
+    };
+    let (text, warnings) = kept(&one, "mtllib secret.mtl\n");
+    assert!(
+        text.contains("\"import_warnings\"") && text.contains("secret.mtl") && warnings.contains("secret.mtl"),
+        "{text}"
+    );
+    let (text, warnings) = kept(&two, "mtllib other.mtl\n");
+    assert!(!text.contains("secret") && warnings.contains("other.mtl"), "{text}");
+}
+
 #[test]
 fn one_stream_tells_of_all_jobs_that_come_and_go() {
     let service = Service::start(&[]);

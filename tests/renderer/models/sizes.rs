@@ -1,0 +1,90 @@
+//! Models of all sizes are the same picture, though scenes have smallest lengths and largest numbers.
+
+use super::look::{CUBE, FRONT, Seen, imported, matte, overrides, quads, seen};
+use serde_json::json;
+use strahl::models::ModelFormat;
+use strahl::scene::Format;
+
+/// An OBJ file that is 2^`power` times as large as the cube.
+fn cube(power: i32) -> Vec<u8> {
+    let text = std::str::from_utf8(CUBE).unwrap();
+    let scaled = |line: &str| match line.strip_prefix("v ") {
+        Some(numbers) => {
+            let numbers = numbers.split(' ').map(|x| (x.parse::<f64>().unwrap() * 2.0_f64.powi(power)).to_string());
+            format!("v {}\n", numbers.collect::<Vec<_>>().join(" "))
+        }
+        None => format!("{line}\n"),
+    };
+    text.lines().map(scaled).collect::<String>().into_bytes()
+}
+
+/// A square with a lamp before it, and one that is placed twice, 2^`power` times as large and as bright as it has to be.
+fn lit_squares(power: i32) -> Vec<u8> {
+    let scale = 2.0_f64.powi(power);
+    let corners = FRONT.map(|corner| corner.map(|x| x * scale as f32));
+    let lamp = json!({ "type": "point", "intensity": 40.0 * scale * scale, "range": 20.0 * scale });
+    let more = json!({
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [lamp] } },
+        "nodes": [
+            { "mesh": 0 },
+            { "mesh": 0, "translation": [scale, scale, -scale] },
+            { "translation": [0, scale, 2.0 * scale], "extensions": { "KHR_lights_punctual": { "light": 0 } } }
+        ],
+        "scenes": [{ "nodes": [0, 1, 2] }]
+    });
+    quads(&[(corners, matte([0.8, 0.4, 0.2]))], more)
+}
+
+/// The largest difference in codes.
+fn differ(a: &Seen, b: &Seen) -> u8 {
+    let pairs = a.codes.as_flattened().iter().zip(b.codes.as_flattened());
+    pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+#[test]
+fn models_of_all_sizes_look_the_same() {
+    let usual = seen(&cube(0), Format::Obj, &overrides("three_quarter"));
+    assert!(usual.opaque() > 1_000);
+    for power in [-190, -100, -46, -30, -19, 19, 30, 46, 100, 190] {
+        let other = seen(&cube(power), Format::Obj, &overrides("three_quarter"));
+        assert_eq!(usual.opaque(), other.opaque(), "2^{power}");
+        assert!(differ(&usual, &other) <= 1, "2^{power}: {}", differ(&usual, &other));
+    }
+}
+
+#[test]
+fn lamps_of_models_of_all_sizes_shine_on_them() {
+    let usual = seen(&lit_squares(0), Format::Gltf, &overrides("front"));
+    assert!(usual.middle()[0] > 100, "{:?}", usual.middle());
+    // The numbers of a glTF file are of single precision.
+    for power in [-60, -46, -30, -18, 18, 30, 46, 60] {
+        let other = seen(&lit_squares(power), Format::Gltf, &overrides("front"));
+        assert_eq!(usual.opaque(), other.opaque(), "2^{power}");
+        assert!(differ(&usual, &other) <= 1, "2^{power}: {}", differ(&usual, &other));
+    }
+}
+
+/// Lamps as they are in the world, on a model of nanometres: more stops than the film has.
+#[test]
+fn lamps_that_are_too_bright_for_a_film_do_not_blind_it() {
+    let lamp = json!({ "type": "point", "intensity": 1e30 });
+    let more = json!({
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [lamp] } },
+        "nodes": [{ "mesh": 0 }, { "translation": [0, 0, 2], "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
+        "scenes": [{ "nodes": [0, 1] }]
+    });
+    let bytes = quads(&[(FRONT, matte([0.8; 3]))], more);
+    let [red, ..] = seen(&bytes, Format::Gltf, &overrides("front")).middle();
+    assert!((150..254).contains(&red), "{red}");
+}
+
+#[test]
+fn what_is_scaled_is_said() {
+    for (power, is_scaled) in [(0, false), (-19, false), (19, false), (-21, true), (21, true)] {
+        let imported = imported(&cube(power), ModelFormat::Obj, &overrides("front"));
+        let warned = imported.description.import_warnings.iter().any(|it| it.detail.starts_with("assumed: scale"));
+        assert_eq!(warned, is_scaled, "2^{power}");
+    }
+}
