@@ -16,6 +16,7 @@ mod material;
 mod meshopt;
 mod model;
 mod mtl;
+mod mtl_map;
 mod obj;
 pub mod parts;
 mod ply;

@@ -2,6 +2,7 @@
 //! say the same are one definition.
 
 use super::{ModelOptions, bodies, look, problems, read_upright};
+use crate::models::parts::exact_or_plain;
 use crate::scene::Files;
 use crate::scene::assets;
 use crate::scene::description::{
@@ -141,7 +142,7 @@ impl Reader<'_> {
             Some(_) => {
                 Err("is another file: a model that a scene names by its hash is one file, such as .glb".to_owned())
             }
-            None => self.files.read(part),
+            None => exact_or_plain(part, |name| self.files.read(name)),
         };
         let options = ModelOptions {
             scene: said.scene,
