@@ -20,7 +20,7 @@ mod mtl_map;
 mod obj;
 pub mod parts;
 mod ply;
-mod stl;
+pub(crate) mod stl;
 mod text;
 mod which;
 
