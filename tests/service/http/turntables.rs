@@ -82,6 +82,9 @@ fn a_model_is_seen_from_all_around() {
         let said = wrong(&format!("turntable=2&{other}"));
         assert!(said.contains("a turntable has none") && !said.contains("no parameter"), "{said}");
     }
+    let webp = wrong("turntable=4&sheet=2x2&format=webp");
+    assert!(webp.contains("format: a contact sheet is a PNG"), "{webp}");
+    assert!(of_model(&service, "turntable=4&width=24&height=24&sheet=2x2&format=png", &cube).body == sheet.body);
 }
 
 /// A triangle with one texture, of an image as glTF describes it; the third view has bytes of a picture.
