@@ -4,6 +4,7 @@ use super::failure::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use strahl::scene::Problem;
 
 /// Writes all of a file, or to standard output for `-`.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
@@ -38,6 +39,11 @@ pub(super) fn tell(named: Option<&Path>, path: &Path) {
 pub(super) fn say(line: &str) {
     // Results are written even if this is not.
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Writes the warnings of a scene to standard error. It is rendered all the same.
+pub(super) fn warn(scene: &str, warnings: &[Problem]) {
+    warnings.iter().for_each(|warning| say(&format!("warning: {scene}: {warning}")));
 }
 
 /// Writes to standard output.

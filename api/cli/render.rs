@@ -8,11 +8,9 @@ use super::{output, progress, sequence};
 use crate::service::pictures::render::{self, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use clap::Args;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use strahl::film::{FileFormat, PictureFormat};
 use strahl::render::Layers;
-use strahl::scene::Problem;
 use strahl::tradeoff::duration;
 
 /// `strahl render`.
@@ -79,7 +77,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
         return Ok(());
     }
     let ready = session.prepare()?;
-    warn(&session.file.name, &ready.scene.warnings);
+    output::warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
     layers.check(&ready.scene).map_err(|wrong| Failure::Usage(format!("--layers {wrong}")))?;
     let shot =
@@ -99,8 +97,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
         output::write(path, &output::pretty(&report)?)?;
     }
     if let Some(shortfall) = &report.error.proved.shortfall {
-        // The picture is there even if the warning cannot be written.
-        let _ = writeln!(io::stderr(), "warning: {shortfall}");
+        output::say(&format!("warning: {shortfall}"));
     }
     summarise(&report);
     Ok(())
@@ -141,15 +138,6 @@ fn check_layers(layers: Layers, format: FileFormat, file_name: &Path) -> Result<
 
 fn bits(text: &str) -> Result<u8, &'static str> {
     text.parse().ok().filter(|bits| matches!(bits, 8 | 16)).ok_or("expected 8 or 16")
-}
-
-/// Writes warnings to standard error. The picture is rendered all the same.
-fn warn(name: &str, warnings: &[Problem]) {
-    let mut err = io::stderr().lock();
-    for warning in warnings {
-        // The picture is rendered even if a warning cannot be written.
-        let _ = writeln!(err, "warning: {name}: {warning}");
-    }
 }
 
 /// One line for people, on standard error as the picture may be on the other; programs ask for `--stats`.

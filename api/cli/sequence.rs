@@ -86,6 +86,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let target = Target::of(file, format)?;
     let base = session.load()?;
+    output::warn(&session.file.name, &base.scene.warnings);
     let original = Original { description: &base.description, scene: &base.scene };
     let first = [base.scene.width, base.scene.height];
     for frame in sequence.frames() {

@@ -16,10 +16,11 @@ mod material;
 mod meshopt;
 mod model;
 mod mtl;
+mod mtl_map;
 mod obj;
 pub mod parts;
 mod ply;
-mod stl;
+pub(crate) mod stl;
 mod text;
 mod which;
 

@@ -1,9 +1,11 @@
 //! MTL: materials of OBJ files, by Phong's model or with the keys that PBR programs have added.
 
 use super::Parts;
+use super::budget::Budget;
 use super::fault::{Fault, Kind, Subject, warn};
-use super::material::{Alpha, Channel, ModelMaterial, Texture, Wrap};
+use super::material::{Alpha, Channel, ModelMaterial, Texture};
 use super::model::{Model, Picture};
+use super::mtl_map::Map;
 use super::parts::{Uri, uri};
 use super::text::Text;
 use hashbrown::HashMap;
@@ -26,12 +28,19 @@ impl Library {
     }
 
     /// Reads a file. Its faults have a place in it, and say its name.
-    pub(super) fn read(&mut self, file: &str, bytes: &[u8], parts: &Parts<'_>, model: &mut Model) -> Result<(), Fault> {
+    pub(super) fn read(
+        &mut self,
+        file: &str,
+        bytes: &[u8],
+        parts: &Parts<'_>,
+        model: &mut Model,
+        budget: &Budget,
+    ) -> Result<(), Fault> {
         let mut text = Text::new(bytes);
         let mut phong = Phong::default();
         loop {
             if let Some(word) = text.word() {
-                let read = self.statement(word.text, &mut text, &mut phong, parts, model);
+                let read = self.statement(word.text, &mut text, &mut phong, parts, model, budget);
                 read.map_err(|fault| {
                     let shown: String = file.chars().take(60).collect();
                     Fault { detail: format!("{shown}: {}", fault.detail), ..fault }
@@ -51,8 +60,10 @@ impl Library {
         phong: &mut Phong,
         parts: &Parts<'_>,
         model: &mut Model,
+        budget: &Budget,
     ) -> Result<(), Fault> {
-        if word == b"newmtl" {
+        let key = word.to_ascii_lowercase();
+        if key == b"newmtl" {
             std::mem::take(phong).finish(self.materials.last_mut());
             if self.materials.len() >= MATERIALS {
                 let detail = format!("there are more than {MATERIALS} materials");
@@ -68,22 +79,33 @@ impl Library {
             return Ok(());
         }
         let last = self.materials.len() - 1;
-        let mut picture = |library: &mut Self, text: &mut Text<'_>| library.texture(text, parts, model);
-        let texture = match word.to_ascii_lowercase().as_slice() {
+        let texture = match key.as_slice() {
             b"map_kd" | b"map_d" | b"map_ke" | b"map_pr" | b"map_pm" | b"map_bump" | b"bump" | b"norm" => {
-                picture(self, text)
+                self.texture(&text.name(), parts, model, budget)?
             }
             _ => None,
         };
         let material = &mut self.materials[last];
-        match word.to_ascii_lowercase().as_slice() {
+        match key.as_slice() {
             b"kd" => material.base_color.factor = color(text)?,
             b"ks" => phong.specular = Some(color(text)?),
             b"ns" => phong.exponent = Some(text.number()?),
             b"ke" => material.emissive.factor = color(text)?,
             b"ni" => material.ior = text.number()?.clamp(1.0, 100.0),
-            b"d" => material.opacity = text.number()?.clamp(0.0, 1.0),
-            b"tr" => material.opacity = 1.0 - text.number()?.clamp(0.0, 1.0),
+            b"d" => {
+                let first = text.expected("a number")?;
+                // The halo, which is more opaque at the edges of a body, is left out.
+                let opacity =
+                    if first.text.eq_ignore_ascii_case(b"-halo") { text.number()? } else { first.number()? };
+                (phong.has_dissolve, material.opacity) = (true, opacity.clamp(0.0, 1.0));
+            }
+            b"tr" => {
+                let opacity = 1.0 - text.number()?.clamp(0.0, 1.0);
+                // Programs do not agree on what Tr means: of both keys d counts.
+                if !phong.has_dissolve {
+                    material.opacity = opacity;
+                }
+            }
             b"tf" => phong.filter = Some(color(text)?),
             b"illum" => phong.model = text.number()? as i64,
             b"pr" => phong.roughness = Some(text.number()?.clamp(0.0, 1.0)),
@@ -111,37 +133,54 @@ impl Library {
         Ok(())
     }
 
-    /// The picture of a statement; options before its name are passed over. One that is missing is left out with a warning.
-    fn texture(&mut self, text: &mut Text<'_>, parts: &Parts<'_>, model: &mut Model) -> Option<Texture> {
-        let line = text.name();
-        let name =
-            line.rsplit_once(char::is_whitespace).filter(|_| line.starts_with('-')).map_or(&*line, |(_, name)| name);
-        let known = self.pictures.get(name).copied();
-        let picture = known.unwrap_or_else(|| {
-            let bytes = match uri(name) {
-                Ok(Uri::Name(plain)) => parts(name).or_else(|why| if plain == name { Err(why) } else { parts(&plain) }),
-                Ok(Uri::Data(bytes)) => Ok(bytes),
-                Err(why) => Err(why),
-            };
-            let place = match bytes {
-                Ok(bytes) if super::gltf::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
-                    model.has_parts = true;
-                    model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
-                    Some(model.pictures.len() - 1)
-                }
-                Ok(_) => {
-                    skip_picture(model, name, "is no PNG, JPEG or WebP");
-                    None
-                }
-                Err(why) => {
-                    skip_picture(model, name, &why);
-                    None
-                }
-            };
-            self.pictures.insert(name.to_owned(), place);
-            place
-        })?;
-        Some(Texture { picture, uv: 0, transform: None, wrap: [Wrap::Repeat; 2], nearest: false })
+    /// The picture of a statement. One that is missing is left out with a warning.
+    fn texture(
+        &mut self,
+        line: &str,
+        parts: &Parts<'_>,
+        model: &mut Model,
+        budget: &Budget,
+    ) -> Result<Option<Texture>, Fault> {
+        let map = Map::of(line);
+        let picture = match self.pictures.get(map.name) {
+            Some(known) => *known,
+            None => {
+                let read = self.picture(map.name, parts, model, budget)?;
+                self.pictures.insert(map.name.to_owned(), read);
+                read
+            }
+        };
+        let (transform, wrap) = (map.transform(), [map.wrap; 2]);
+        Ok(picture.map(|picture| Texture { picture, uv: 0, transform, wrap, nearest: false }))
+    }
+
+    /// Reads a picture; its index.
+    fn picture(
+        &self,
+        name: &str,
+        parts: &Parts<'_>,
+        model: &mut Model,
+        budget: &Budget,
+    ) -> Result<Option<usize>, Fault> {
+        let bytes = match uri(name) {
+            Ok(Uri::Name(decoded)) => {
+                parts(name).or_else(|why| if decoded == name { Err(why) } else { parts(&decoded) })
+            }
+            Ok(Uri::Data(bytes)) => Ok(bytes),
+            Err(why) => Err(why),
+        };
+        match bytes {
+            Ok(bytes) if super::gltf::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
+                // One file may have many names.
+                budget.take(bytes.len() as u64, 1)?;
+                model.has_parts = true;
+                model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
+                return Ok(Some(model.pictures.len() - 1));
+            }
+            Ok(_) => skip_picture(model, name, "is no PNG, JPEG or WebP"),
+            Err(why) => skip_picture(model, name, &why),
+        }
+        Ok(None)
     }
 }
 
@@ -166,6 +205,8 @@ struct Phong {
     roughness: Option<f64>,
     filter: Option<[f64; 3]>,
     model: i64,
+    /// Whether the material has a `d`.
+    has_dissolve: bool,
 }
 
 impl Phong {
@@ -190,6 +231,52 @@ impl Phong {
         }
         if material.opacity < 1.0 {
             material.alpha = Alpha::Blend;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parts::exact_or_plain;
+    use super::*;
+
+    fn read(mtl: &str) -> (Vec<ModelMaterial>, Model) {
+        let (mut library, mut model) = (Library::default(), Model::default());
+        let parts = |name: &str| match name {
+            "textures/my wood.png" => Ok(b"\x89PNG\r\n\x1a\n".to_vec()),
+            _ => Err("is not there".to_owned()),
+        };
+        let parts = |name: &str| exact_or_plain(name, parts);
+        let read = library.read("a.mtl", mtl.as_bytes(), &parts, &mut model, &Budget::default());
+        read.unwrap_or_else(|fault| panic!("{fault:?}"));
+        (library.materials, model)
+    }
+
+    #[test]
+    fn pictures_are_found_however_their_names_are_written() {
+        for line in [
+            "map_Kd textures/my wood.png",
+            "Map_Kd -s 2 2 2 -o 0 0 0 textures\\my wood.png",
+            "MAP_KD .\\textures\\\\my wood.png",
+            "map_kd ./textures//my%20wood.png",
+        ] {
+            let (materials, model) = read(&format!("NewMtl a\r\n\t{line}  \r\n"));
+            assert!(materials[0].base_color.texture.is_some() && model.warnings.is_empty(), "{line}: {model:?}");
+        }
+        for line in ["..\\textures\\my wood.png", "/textures/my wood.png", "C:\\textures\\my wood.png"] {
+            let (materials, model) = read(&format!("newmtl a\nmap_Kd {line}\n"));
+            assert!(materials[0].base_color.texture.is_none() && model.warnings.len() == 1, "{line}: {model:?}");
+        }
+        let (_, model) = read("newmtl a\nmap_Bump -bm 0.5 textures\\my wood.png\n");
+        assert_eq!(model.warnings[0].what, "bump");
+    }
+
+    #[test]
+    fn of_two_opacities_d_counts() {
+        for (lines, opacity) in
+            [("d 0.25\nTr 1", 0.25), ("Tr 1\nd 0.25", 0.25), ("Tr 0.25", 0.75), ("TR 0.25", 0.75), ("d -halo 0.5", 0.5)]
+        {
+            assert_eq!(read(&format!("newmtl a\n{lines}\n")).0[0].opacity, opacity, "{lines}");
         }
     }
 }

@@ -43,6 +43,20 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
     Ok(reader.into_model()?)
 }
 
+/// The names of several material libraries in one line: each ends with `.mtl` and may have spaces. Behind the last end are words.
+fn libraries(line: &str) -> Vec<&str> {
+    let (mut names, mut start, mut end) = (Vec::new(), 0, 0);
+    for word in line.split_inclusive(char::is_whitespace) {
+        end += word.len();
+        if word.trim_end().to_ascii_lowercase().ends_with(".mtl") {
+            names.push(line[start..end].trim());
+            start = end;
+        }
+    }
+    names.extend(line[start..].split_whitespace());
+    names
+}
+
 /// Indices of what meets at a corner of a face, from 0.
 type Corner = (u32, Option<u32>, Option<u32>);
 
@@ -142,29 +156,28 @@ impl Reader {
     }
 
     fn library(&mut self, text: &mut Text<'_>, parts: &Parts<'_>) -> Result<(), Fault> {
-        let name = text.name();
-        // A name may have spaces, or there may be several.
-        let whole = parts(&name).map(|bytes| vec![(name.clone(), bytes)]);
-        let files = whole.or_else(|why| {
-            let names = name.split_ascii_whitespace();
-            let all: Result<Vec<_>, _> = names.map(|name| parts(name).map(|bytes| (name.to_owned(), bytes))).collect();
-            all.map_err(|_| why)
-        });
-        match files {
-            Ok(files) => {
-                for (name, bytes) in files {
-                    self.model.has_parts = true;
-                    self.budget.take(bytes.len() as u64, 1)?;
-                    self.materials.read(&name, &bytes, parts, &mut self.model)?;
+        let line = text.name();
+        if let Ok(bytes) = parts(&line) {
+            return self.materials_of(&line, &bytes, parts);
+        }
+        for name in libraries(&line) {
+            worked(1)?;
+            match parts(name) {
+                Ok(bytes) => self.materials_of(name, &bytes, parts)?,
+                Err(why) => {
+                    let shown: String = name.chars().take(60).collect();
+                    let detail = format!("materials of a file that is missing are grey: {shown:?} {why}");
+                    warn(&mut self.model.warnings, Subject::Skipped, "materials", String::new(), &detail);
                 }
-            }
-            Err(why) => {
-                let shown: String = name.chars().take(60).collect();
-                let detail = format!("the model is grey: {shown:?} {why}");
-                warn(&mut self.model.warnings, Subject::Skipped, "materials", String::new(), &detail);
             }
         }
         Ok(())
+    }
+
+    fn materials_of(&mut self, file: &str, bytes: &[u8], parts: &Parts<'_>) -> Result<(), Fault> {
+        self.model.has_parts = true;
+        self.budget.take(bytes.len() as u64, 1)?;
+        self.materials.read(file, bytes, parts, &mut self.model, &self.budget)
     }
 
     fn face(&mut self, word: Word<'_>, text: &mut Text<'_>) -> Result<(), Fault> {
@@ -288,5 +301,48 @@ impl Reader {
             model.placements.push(Placement { geometry, material: Some(material), name: None, transforms });
         }
         Ok(model)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_with(obj: &str, files: &[(&str, &str)]) -> Model {
+        let part = |name: &str| {
+            let file = files.iter().find(|(known, _)| *known == name);
+            file.map(|(_, bytes)| bytes.as_bytes().to_vec()).ok_or_else(|| "is not there".to_owned())
+        };
+        read(obj.as_bytes(), &part).unwrap_or_else(|faults| panic!("{faults:?}"))
+    }
+
+    /// The red of the materials that are used, in their order.
+    fn reds(model: &Model) -> Vec<f64> {
+        model.placements.iter().map(|placed| model.materials[placed.material.unwrap()].base_color.factor[0]).collect()
+    }
+
+    #[test]
+    fn several_libraries_may_have_spaces_in_their_names() {
+        let files = [
+            ("my first.mtl", "newmtl one a\nKd 0.1 0 0"),
+            ("b.MTL", "newmtl two\nKd 0.2 0 0"),
+            ("c", "newmtl three\nKd 0.3 0 0"),
+        ];
+        let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl one a\nf 1 2 3\nusemtl two\nf 1 2 3\nusemtl three\nf 1 2 3\n";
+        for line in ["my first.mtl b.MTL c", "b.MTL  my first.mtl\tc", "b.MTL \\\r\n my first.mtl c"] {
+            let model = read_with(&format!("mtllib {line}\n{faces}"), &files);
+            assert_eq!((reds(&model), model.warnings.len()), (vec![0.1, 0.2, 0.3], 0), "{line}");
+        }
+        // One that is missing takes none of the others with it.
+        let model = read_with(&format!("mtllib my first.mtl no such.mtl b.MTL c\n{faces}"), &files);
+        assert_eq!(reds(&model), [0.1, 0.2, 0.3]);
+        assert!(model.warnings[0].detail.ends_with("\"no such.mtl\" is not there"), "{:?}", model.warnings);
+    }
+
+    #[test]
+    fn lines_are_as_programs_write_them() {
+        let obj = "\u{feff}# a\r\nv\t0 0 0\r\nv 1 0 0 1\r\nv 0 1 0\r\nv 1 1 0\r\nvn 0 0 1 0\r\nvt 0 0 0\r\n\
+            f 1// 2// 3//\r\nf 2/1/1\\\r\n -1/-1/-1 \\\r\n\t3/1/1\r\n";
+        assert_eq!(read_with(obj, &[]).triangles(), 2);
     }
 }

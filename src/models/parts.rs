@@ -4,6 +4,7 @@
 //! hash, and jobs and caches need to know nothing of parts.
 
 use super::data_uri::{self, percent_decoded};
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Most parts of a body.
@@ -121,6 +122,50 @@ fn shown(name: &str) -> String {
     if short.len() < name.len() { format!("{:?}", short + "...") } else { format!("{short:?}") }
 }
 
+/// The parts of a body by their names.
+#[derive(Debug)]
+pub struct Named<'a>(HashMap<Cow<'a, str>, &'a [u8]>);
+
+impl<'a> Named<'a> {
+    /// Those parts. Of several with one plain path the first has it, unless it is the exact name of one.
+    pub fn new(parts: &[Part<'a>]) -> Self {
+        let mut named: HashMap<_, _> = parts.iter().map(|part| (Cow::from(part.name), part.bytes)).collect();
+        for part in parts {
+            if let Some(plain) = plain_path(part.name) {
+                named.entry(plain.into()).or_insert(part.bytes);
+            }
+        }
+        Self(named)
+    }
+
+    /// The bytes of the part that a model means by a name.
+    pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        exact_or_plain(name, |name| {
+            self.0.get(name).map(|bytes| bytes.to_vec()).ok_or_else(|| "is none of the parts of the request".to_owned())
+        })
+    }
+}
+
+/// Reads what a model means by a name: what has exactly that name, else what has its plain path.
+pub fn exact_or_plain(name: &str, read: impl Fn(&str) -> Result<Vec<u8>, String>) -> Result<Vec<u8>, String> {
+    read(name).or_else(|why| plain_path(name).filter(|plain| plain != name).map_or(Err(why), |plain| read(&plain)))
+}
+
+/// The path of a file in the folder of a model as all systems write it: backslashes, which Windows has, are slashes; `.` and empty
+/// segments are left out. None if it leads out of the folder.
+pub fn plain_path(name: &str) -> Option<String> {
+    let segments = name.split(['/', '\\']);
+    let is_outside =
+        name.starts_with(['/', '\\']) || has_scheme(name) || segments.clone().any(|segment| segment == "..");
+    let segments = segments.filter(|segment| !matches!(*segment, "" | "."));
+    (!is_outside).then(|| segments.collect::<Vec<_>>().join("/"))
+}
+
+/// Whether a name begins with a scheme, or with the letter of a drive.
+fn has_scheme(name: &str) -> bool {
+    name.split(['/', '\\']).next().is_some_and(|first| first.contains(':'))
+}
+
 /// What a URI of a model says.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Uri {
@@ -139,10 +184,10 @@ pub(super) fn uri(text: &str) -> Result<Uri, String> {
     if name.is_empty() {
         return Err("names nothing".into());
     }
-    if name.split('/').next().is_some_and(|first| first.contains(':')) {
+    if has_scheme(&name) {
         return Err("has a scheme: nothing is ever fetched; send the file as a part, and write its name".into());
     }
-    if name.starts_with('/') || name.contains('\\') || name.split('/').any(|folder| folder == "..") {
+    if plain_path(&name).is_none() {
         return Err("leads out of the model's folder: write a name relative to it, without \"..\"".into());
     }
     Ok(Uri::Name(name))
@@ -170,10 +215,35 @@ mod tests {
     #[test]
     fn names_stay_in_their_folder() {
         assert_eq!(uri("a%20b/c.png"), Ok(Uri::Name("a b/c.png".into())));
+        assert_eq!(uri("a\\c.png"), Ok(Uri::Name("a\\c.png".into())));
         assert_eq!(uri("data:x/y;base64,AAE="), Ok(Uri::Data(vec![0, 1])));
         assert_eq!(uri("data:;base64,AAE"), Ok(Uri::Data(vec![0, 1])));
-        for wrong in ["", ":", "http://a/b", "../a", "a/%2e%2e/b", "/etc/passwd", "a\\b", "data:x", "data:;base64,!"] {
+        for wrong in ["", ":", "http://a/b", "../a", "a/%2e%2e/b", "/etc/passwd", "data:x", "data:;base64,!"] {
             assert!(uri(wrong).is_err(), "{wrong}");
+        }
+        for outside in ["..\\a", "a\\..\\..\\b", "a/..\\b", "\\a", "\\\\server\\a", "C:\\a", "C:a", "%5ca", "./../a"] {
+            assert!(uri(outside).is_err(), "{outside}");
+        }
+    }
+
+    #[test]
+    fn names_are_compared_as_they_are_then_by_their_plain_paths() {
+        let part = |name: &'static str, bytes: &'static [u8]| Part { name, bytes };
+        let parts = [part("a/b.png", b"1"), part("a\\b.png", b"2"), part(".\\c.png", b"3"), part("../d.png", b"4")];
+        let named = Named::new(&parts);
+        for (name, bytes) in [
+            ("a/b.png", b"1"),
+            ("a\\b.png", b"2"),
+            ("a//b.png", b"1"),
+            (".\\a\\.\\b.png", b"1"),
+            ("c.png", b"3"),
+            ("./c.png", b"3"),
+            ("../d.png", b"4"),
+        ] {
+            assert_eq!(named.read(name).as_deref(), Ok(&bytes[..]), "{name}");
+        }
+        for outside in ["d.png", "./../d.png", "/a/b.png", "\\a\\b.png", "a/../c.png", "C:\\a\\b.png"] {
+            assert!(named.read(outside).is_err(), "{outside}");
         }
     }
 }

@@ -17,18 +17,28 @@ const TRIANGLE: usize = 50;
 /// Reads a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
     let mut corners = Corners::default();
-    // Binary files may begin with "solid" as those of text do: their length tells.
+    // Binary files may begin with "solid" as those of text do: their length tells, else a byte that no text has. The highest one of
+    // the count is 0 up to 16 million triangles.
     match count(bytes) {
         Some(count) if bytes.len() == HEADER + count * TRIANGLE => binary(&bytes[HEADER..], &mut corners)?,
-        Some(count) if !bytes.trim_ascii_start().starts_with(b"solid") => {
-            let detail =
-                format!("{count} triangles need {} bytes, and there are {}", HEADER + count * TRIANGLE, bytes.len());
+        Some(count) if !begins_as_text(bytes) || bytes[..HEADER].contains(&0) => {
+            let (needed, given) = (HEADER + count * TRIANGLE, bytes.len());
+            let why = if given < needed { "it is cut off" } else { "more is behind them" };
+            let detail = format!(
+                "as binary STL the file has {count} triangles by its count, which need {needed} bytes, and it has {given}: {why}"
+            );
             let place = Place::Offset(HEADER as u64 - 4);
             return Err(Faults::one(Fault::new("", Kind::OutOfBounds, detail).at(place)));
         }
         _ => text(bytes, &mut corners)?,
     }
     Ok(corners.into_model(Up::Z))
+}
+
+/// Whether a file begins as those of text do.
+pub(crate) fn begins_as_text(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
 }
 
 fn count(bytes: &[u8]) -> Option<usize> {
@@ -53,14 +63,28 @@ fn binary(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
     Ok(())
 }
 
+/// Words that stand before others, or say nothing.
+const OTHERS: [&str; 5] = ["facet", "normal", "outer", "loop", "endfacet"];
+
 fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
+    let is_one_line = !bytes.trim_ascii().iter().any(|byte| matches!(byte, b'\n' | b'\r'));
     let mut text = Text::new(bytes);
     let mut faults = Faults::default();
     let mut polygon: Vec<[f64; 3]> = Vec::new();
+    // Whether the words are a title: up to the end of its line, or where all is one line, up to the first facet.
+    let mut is_title = false;
     loop {
-        if let Some(word) = text.word() {
+        // What follows the first word of a line is no error: normals are whatever programs write.
+        let mut is_first = true;
+        while let Some(word) = text.word() {
             let word_is = |name: &str| word.text.eq_ignore_ascii_case(name.as_bytes());
-            if word_is("vertex") {
+            is_title &= !(is_one_line && word_is("facet"));
+            if is_title {
+                continue;
+            }
+            if word_is("solid") || word_is("endsolid") {
+                is_title = true;
+            } else if word_is("vertex") {
                 polygon.extend(faults.note(text.numbers::<3>()));
             } else if word_is("endloop") {
                 if polygon.len() < 3 {
@@ -71,18 +95,19 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
                     corners.add(&[polygon[0], polygon[i - 1], polygon[i]])?;
                 }
                 polygon.clear();
-            } else if !["solid", "facet", "outer", "endfacet", "endsolid"].iter().any(|name| word_is(name)) {
+            } else if is_first && !OTHERS.iter().any(|name| word_is(name)) {
                 let detail = format!("{} is no word of STL", word.quoted());
                 if !faults.push(word.fault(Kind::Invalid, detail)) {
-                    break;
+                    return Err(faults);
                 }
             }
+            is_first = false;
         }
+        is_title = false;
         if !text.next_line() {
-            break;
+            return faults.none_or_err();
         }
     }
-    faults.none_or_err()
 }
 
 /// Triangles by their corners, of which equal ones are one.
@@ -128,5 +153,48 @@ impl Corners {
             model.placements.push(Placement { geometry: 0, material: Some(0), name: None, transforms });
         }
         model
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FACET: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+
+    fn triangles(text: &str) -> u64 {
+        read(text.as_bytes()).unwrap_or_else(|faults| panic!("{text}: {faults:?}")).triangles()
+    }
+
+    #[test]
+    fn text_is_as_programs_write_it() {
+        let file = format!("solid a facet of my solid\n{FACET}endsolid a facet normal 1 2 3\nsolid\n{FACET}endsolid\n");
+        let one_line = file.replace('\n', " ");
+        for text in [&file, &file.to_uppercase(), &file.replace('\n', "\r\n"), &file.replace('\n', "\r"), &one_line] {
+            assert_eq!(triangles(text), 2, "{text}");
+            assert_eq!(triangles(&format!("\u{feff}{text}\n")), 2, "{text}");
+        }
+        assert_eq!(triangles(&file.replace("normal 0 0 1", "normal nan -nan(ind) 1")), 2);
+        assert_eq!(triangles(&format!("solid a\n{}\nendsolid a", FACET.replace('\n', " "))), 1);
+        let faults = read(format!("solid\n{}", FACET.replace("vertex 1", "vertx 1")).as_bytes()).unwrap_err();
+        assert_eq!((faults.0[0].place, faults.0.len()), (Place::Line(5, 1), 2), "{faults:?}");
+    }
+
+    #[test]
+    fn binary_files_that_begin_with_solid_are_told_by_their_length() {
+        let mut file = vec![b' '; HEADER - 4];
+        file[..5].copy_from_slice(b"solid");
+        file.extend(1_u32.to_le_bytes());
+        file.extend(
+            [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()),
+        );
+        file.extend([0, 0]);
+        assert_eq!(read(&file).unwrap().triangles(), 1);
+        for wrong in [&file[..HEADER + 49], &[&file[..], b"more"].concat()] {
+            let faults = read(wrong).unwrap_err();
+            let detail = &faults.0[0].detail;
+            let expected = format!("1 triangles by its count, which need 134 bytes, and it has {}", wrong.len());
+            assert!(detail.contains(&expected) && faults.0.len() == 1, "{detail}");
+        }
     }
 }

@@ -60,7 +60,11 @@ impl<'a> Text<'a> {
         self.skip_spaces();
         let place = self.place();
         let start = self.at;
-        while self.bytes.get(self.at).is_some_and(|byte| !byte.is_ascii_whitespace() && *byte != b'#') {
+        while let Some(byte) = self.bytes.get(self.at)
+            && !byte.is_ascii_whitespace()
+            && *byte != b'#'
+            && !(*byte == b'\\' && self.continues())
+        {
             self.at += 1;
         }
         let text = &self.bytes[start..self.at];
@@ -97,13 +101,22 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The rest of this line as it is written, for names with spaces.
+    /// The rest of this line as it is written, for names with spaces. Only a backslash behind a blank continues it: folders of Windows
+    /// end with one, too.
     pub(super) fn name(&mut self) -> String {
         self.skip_spaces();
-        let rest = &self.bytes[self.at..];
-        let end = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
-        self.at += end;
-        String::from_utf8_lossy(rest[..end].trim_ascii_end()).into_owned()
+        let mut name = Vec::new();
+        loop {
+            let rest = &self.bytes[self.at..];
+            let end = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
+            self.at += end;
+            let line = rest[..end].trim_ascii_end();
+            let continued = line.strip_suffix(b"\\").filter(|line| line.last().is_none_or(u8::is_ascii_whitespace));
+            name.extend(continued.unwrap_or(line));
+            if continued.is_none() || !self.next_line() {
+                return String::from_utf8_lossy(name.trim_ascii_end()).into_owned();
+            }
+        }
     }
 
     /// Goes to the next line; false at the end of the text.
@@ -138,8 +151,26 @@ impl<'a> Text<'a> {
 
     /// Whether nothing but the end of the line follows.
     fn continues(&self) -> bool {
-        let rest = &self.bytes[self.at + 1..];
-        let end = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
-        rest[..end].iter().all(u8::is_ascii_whitespace)
+        let mut rest = self.bytes[self.at + 1..].iter();
+        rest.find(|byte| !matches!(byte, b' ' | b'\t')).is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_go_on_after_a_backslash_at_their_end() {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = format!("f 1\t2\\{end}3 \\ {end} 4{end}usemtl\ta b \\{end}c\\d\\{end}e");
+            let mut text = Text::new(text.as_bytes());
+            let words: Vec<_> = std::iter::from_fn(|| text.word()).map(|word| word.text).collect();
+            assert_eq!(words, [b"f", b"1", b"2", b"3", b"4"], "{end:?}");
+            assert!(text.next_line());
+            let word = text.word().unwrap();
+            assert_eq!((word.text, word.place), (&b"usemtl"[..], Place::Line(4, 1)), "{end:?}");
+            assert_eq!(text.name(), "a b c\\d\\", "{end:?}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::Format;
 use super::problem::{Code, Problem};
-use crate::models::{ModelFormat, parts};
+use crate::models::{ModelFormat, parts, stl};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -86,7 +86,7 @@ pub fn recognise_start(bytes: &[u8]) -> Recognised {
         return Recognised::Ply;
     }
     // Also binary files begin so, against the rules.
-    if bytes.starts_with(b"solid") || is_binary_stl(bytes) {
+    if stl::begins_as_text(bytes) || is_binary_stl(bytes) {
         return Recognised::Stl;
     }
     if parts::is_multipart(bytes) {
@@ -236,6 +236,7 @@ mod tests {
             (b"# a scene\nversion: 1\n", Recognised::Other(YAML)),
             (b"---\nversion: 1\n", Recognised::Other(YAML)),
             (b"solid cube\nfacet normal 0 0 1", Recognised::Stl),
+            (b"\xef\xbb\xbf SOLID CUBE\nFACET NORMAL 0 0 1", Recognised::Stl),
             (b"ply\nformat ascii 1.0", Recognised::Ply),
             (b"--x\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n", Recognised::Parts),
         ] {

@@ -47,6 +47,13 @@ pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Pro
     let count = count.unwrap_or(1);
     let named = query.one_of("format", "Format of the animation.", &AnimationFormat::ALL.map(AnimationFormat::frames));
     let named = AnimationFormat::ALL.into_iter().find(|format| Some(format.frames()) == named);
+    if sheet.is_some() && named.is_some_and(|named| named.frames() != PictureFormat::Png) {
+        query.wrong(
+            "format",
+            "unsupported",
+            "a contact sheet is a PNG: leave it out, or leave sheet out for an animation".into(),
+        );
+    }
     let format = match (named, sheet) {
         (Some(format), _) => format,
         (None, Some(_)) => AnimationFormat::Apng,

@@ -3,6 +3,7 @@
 use crate::service::pictures::file::PictureMeta;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Add;
 use strahl::render::RayCounts;
 
 /// A finished frame.
@@ -102,10 +103,22 @@ impl SequenceReport {
             frames: frames.len(),
             rays: frames.iter().map(|frame| frame.rays).sum(),
             predicted_rays,
-            trace_ms: frames.iter().map(|frame| frame.trace_ms).sum(),
+            // In Rust the sum of no numbers is -0.
+            trace_ms: frames.iter().map(|frame| frame.trace_ms).fold(0.0, Add::add),
             predicted_ms,
             proved_codes: proved.and_then(|all| all.into_iter().max()),
             estimated_codes: estimated.and_then(|all| all.into_iter().reduce(f64::max)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_frames_take_no_time() {
+        let report = SequenceReport::of(&[], 10, 1.0);
+        assert_eq!(serde_json::to_value(report).unwrap()["trace_ms"].to_string(), "0.0");
     }
 }

@@ -131,8 +131,8 @@ pub fn import(
     overrides: &Overrides,
     files: &dyn Files,
 ) -> Result<Imported, Problems> {
-    let from_files = |name: &str| files.read(name);
-    let model = read_upright(format, bytes, &from_files, &overrides.model)?;
+    let beside = |name: &str| parts::exact_or_plain(name, |name| files.read(name));
+    let model = read_upright(format, bytes, &beside, &overrides.model)?;
     let imported = described(model, overrides)?;
     Ok(imported)
 }
@@ -148,11 +148,8 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Pro
             super::problem::quoted(file.name)
         ))
     })?;
-    let from_parts = |name: &str| {
-        let part = all.iter().find(|part| part.name == name);
-        part.map(|part| part.bytes.to_vec()).ok_or_else(|| "is none of the parts of the request".to_owned())
-    };
-    let model = read_upright(format, file.bytes, &from_parts, &overrides.model)?;
+    let named = parts::Named::new(&all);
+    let model = read_upright(format, file.bytes, &|name: &str| named.read(name), &overrides.model)?;
     let imported = described(model, overrides)?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })

@@ -3,6 +3,7 @@
 
 use super::{ModelOptions, bodies, look, read_upright};
 use crate::models::Warning;
+use crate::models::parts::exact_or_plain;
 use crate::scene::Files;
 use crate::scene::assets;
 use crate::scene::description::{
@@ -142,7 +143,7 @@ impl Reader<'_> {
             Some(_) => {
                 Err("is another file: a model that a scene names by its hash is one file, such as .glb".to_owned())
             }
-            None => self.files.read(part),
+            None => exact_or_plain(part, |name| self.files.read(name)),
         };
         let options = ModelOptions {
             scene: said.scene,

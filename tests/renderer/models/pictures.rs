@@ -45,9 +45,13 @@ fn square(extension: &str, media_type: &str, picture: &[u8]) -> String {
 }
 
 fn shown(model: &str) -> Vec<[f32; 3]> {
+    shown_as(model.as_bytes(), Format::Gltf)
+}
+
+fn shown_as(model: &[u8], format: Format) -> Vec<[f32; 3]> {
     let mut overrides = Overrides { width: Some(32), height: Some(32), antialias: Some(false), ..Overrides::default() };
     overrides.model.view = Some("front".parse().unwrap());
-    let loaded = load(model.as_bytes(), Format::Gltf, &overrides).unwrap_or_else(|problems| panic!("{problems}"));
+    let loaded = load(model, format, &overrides).unwrap_or_else(|problems| panic!("{problems}"));
     let picture = render(&loaded.scene, Region::whole(32, 32), &Control::default()).unwrap();
     picture.film.pixels
 }
@@ -113,6 +117,34 @@ fn enlarged_pixels_are_squares_where_the_sampler_says_nearest() {
     let mixed = |model: &str| shown(model).into_iter().filter(|[r, g, _]| r.min(*g) > 0.05).count();
     assert!(mixed(&smooth) > 100);
     assert_eq!(mixed(&smooth.replace(textures, sampler)), 0);
+}
+
+/// Options of a picture do to texture coordinates, whose v is 0 at the bottom, what the numbers in the file would.
+#[test]
+fn options_of_mtl_move_and_repeat_a_picture() {
+    let picture = png(&blocks().1);
+    let shown = |options: &str, uv: [[f64; 2]; 4]| {
+        let mtl = format!("newmtl a\nKd 1 1 1\nmap_Kd {options} data:image/png;base64,{}\n", BASE64.encode(&picture));
+        let lines: String = uv.iter().map(|[u, v]| format!("vt {u} {v}\n")).collect();
+        let obj = format!(
+            "mtllib a.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n{lines}usemtl a\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+        );
+        let part = |name: &str, text: &str| {
+            format!("--cut\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n{text}\r\n")
+        };
+        let body = part("a.obj", &obj) + &part("a.mtl", &mtl) + "--cut--\r\n";
+        shown_as(body.as_bytes(), Format::Parts)
+    };
+    let plain = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let moved = plain.map(|[u, v]| [2.0 * u + 0.25, 0.5 * v + 0.125]);
+    let expected = shown("", moved);
+    assert!(expected != shown("", plain));
+    let differ = |pixels: Vec<[f32; 3]>| {
+        let pairs = pixels.as_flattened().iter().zip(expected.as_flattened());
+        pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3).count()
+    };
+    assert_eq!(differ(shown("-s 2 0.5 1 -o 0.25 0.125 0", plain)), 0);
+    assert!(differ(shown("-s 2 0.5 1", plain)) > 100);
 }
 
 /// A lit square with a normal map that is the same everywhere.

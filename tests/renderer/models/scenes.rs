@@ -2,10 +2,11 @@
 
 use super::files::format_of;
 use crate::common::read as file;
+use std::collections::HashMap;
 use strahl::models::ModelFormat;
 use strahl::scene::description::Object;
 use strahl::scene::model::{Imported, ModelOptions, import};
-use strahl::scene::{Format, NoFiles, Overrides, load};
+use strahl::scene::{Files, Format, NoFiles, Overrides, load};
 
 fn imported(name: &str, model: ModelOptions) -> Imported {
     let overrides = Overrides { model, ..Overrides::default() };
@@ -49,12 +50,14 @@ fn options_are_for_models_alone() {
     assert!(left[0] > 1.0 && top[1] > 1.0, "{left:?} {top:?}");
 }
 
+/// A part of a body.
+fn part(name: &str, bytes: &[u8]) -> Vec<u8> {
+    let head = format!("--cut\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{name}\"\r\n\r\n");
+    [head.as_bytes(), bytes, b"\r\n"].concat()
+}
+
 #[test]
 fn the_parts_of_a_model_come_in_one_body() {
-    let part = |name: &str, bytes: &[u8]| {
-        let head = format!("--cut\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{name}\"\r\n\r\n");
-        [head.as_bytes(), bytes, b"\r\n"].concat()
-    };
     let [obj, mtl] = ["obj/cube.obj", "obj/cube.mtl"].map(|name| file(&format!("tests/inputs/models/{name}")));
     let body = [part("cube.mtl", &mtl), part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
     let loaded = load(&body, Format::Parts, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"));
@@ -69,4 +72,39 @@ fn the_parts_of_a_model_come_in_one_body() {
     let problems = load(&lonely, Format::Parts, &Overrides::default()).unwrap_err();
     assert!(problems.0[0].pointer == "/buffers/0/uri" && problems.to_string().contains("a b.bin"), "{problems}");
     assert_eq!(format_of("cube.obj"), ModelFormat::Obj);
+}
+
+/// Files in memory, by their exact names.
+struct Known<'a>(HashMap<&'a str, &'a [u8]>);
+
+impl Files for Known<'_> {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        self.0.get(name).map(|bytes| bytes.to_vec()).ok_or_else(|| "is not there".into())
+    }
+}
+
+#[test]
+fn parts_and_files_are_found_by_paths_as_windows_writes_them() {
+    const RED: &[u8] = b"newmtl red\nKd 1 0 0\n";
+    const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    let warnings = |named: &str, stored: &str| {
+        let obj = format!("mtllib {named}\n{TRIANGLE}");
+        let files = Known(HashMap::from([(stored, RED)]));
+        let of_files = import(ModelFormat::Obj, obj.as_bytes(), &Overrides::default(), &files).unwrap().warnings;
+        let body = [part("a.obj", obj.as_bytes()), part(stored, RED), b"--cut--\r\n".to_vec()].concat();
+        let of_parts = load(&body, Format::Parts, &Overrides::default()).unwrap().scene.warnings;
+        [of_files, of_parts]
+            .map(|warnings| warnings.iter().any(|warning| warning.detail.starts_with("skipped: materials")))
+    };
+    for named in ["mats/red.mtl", "mats\\red.mtl", ".\\mats\\red.mtl", "./mats//red.mtl"] {
+        assert_eq!(warnings(named, "mats/red.mtl"), [false; 2], "{named}");
+    }
+    // Names of parts may be written so, too; a folder on disk has no such file.
+    assert_eq!(warnings("mats/red.mtl", ".\\mats\\red.mtl"), [true, false]);
+    assert_eq!(warnings("mats\\red.mtl", "mats\\red.mtl"), [false; 2]);
+    for outside in
+        ["..\\mats\\red.mtl", "/mats/red.mtl", "\\mats\\red.mtl", "C:\\mats\\red.mtl", "mats\\..\\mats\\red.mtl"]
+    {
+        assert_eq!(warnings(outside, "mats/red.mtl"), [true; 2], "{outside}");
+    }
 }

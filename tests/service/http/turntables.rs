@@ -82,6 +82,9 @@ fn a_model_is_seen_from_all_around() {
         let said = wrong(&format!("turntable=2&{other}"));
         assert!(said.contains("a turntable has none") && !said.contains("no parameter"), "{said}");
     }
+    let webp = wrong("turntable=4&sheet=2x2&format=webp");
+    assert!(webp.contains("format: a contact sheet is a PNG"), "{webp}");
+    assert!(of_model(&service, "turntable=4&width=24&height=24&sheet=2x2&format=png", &cube).body == sheet.body);
 }
 
 /// A triangle with one texture, of an image as glTF describes it; the third view has bytes of a picture.
@@ -195,7 +198,7 @@ fn data_uris_have_all_of_their_forms() {
     }
 }
 
-/// Warnings of a turntable, and of jobs of frames, are those of the model that is turned.
+/// Warnings of a turntable, of jobs of frames and of the command are those of the model that is turned.
 #[test]
 fn pictures_from_all_around_have_the_warnings_of_the_model() {
     let service = Service::start(&[]);
@@ -215,6 +218,17 @@ fn pictures_from_all_around_have_the_warnings_of_the_model() {
         let answer = service.get(&format!("/v1/jobs/{}/{what}", job["id"].as_str().unwrap()));
         assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{what}");
     }
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("brushed.glb");
+    std::fs::write(&model, &brushed).unwrap();
+    let mut command = Command::new(PROGRAM);
+    command.arg("render").arg(&model).args(["--frames", "3", "--width", "16", "--height", "16", "-o"]);
+    let printed = String::from_utf8(command.arg(folder.path().join("a.png")).output().unwrap().stderr).unwrap();
+    assert_eq!(
+        printed.lines().filter(|line| line.starts_with("warning: ") && line.contains("anisotropy")).count(),
+        1,
+        "{printed}"
+    );
     let silent = of_model(&service, "turntable=2&width=16&height=16", &file("BoxVertexColors.glb"));
     assert_eq!((silent.status, silent.header("render-warnings")), (200, ""));
 }
