@@ -90,11 +90,11 @@ fn parts_and_files_are_found_by_paths_as_windows_writes_them() {
     let warnings = |named: &str, stored: &str| {
         let obj = format!("mtllib {named}\n{TRIANGLE}");
         let files = Known(HashMap::from([(stored, RED)]));
-        let of_files = import(ModelFormat::Obj, obj.as_bytes(), &Overrides::default(), &files).unwrap().warnings;
+        let of_files = import(ModelFormat::Obj, obj.as_bytes(), &Overrides::default(), &files).unwrap();
         let body = [part("a.obj", obj.as_bytes()), part(stored, RED), b"--cut--\r\n".to_vec()].concat();
-        let of_parts = load(&body, Format::Parts, &Overrides::default()).unwrap().scene.warnings;
-        [of_files, of_parts]
-            .map(|warnings| warnings.iter().any(|warning| warning.detail.starts_with("skipped: materials")))
+        let of_parts = load(&body, Format::Parts, &Overrides::default()).unwrap();
+        [of_files.description, of_parts.description]
+            .map(|scene| scene.import_warnings.iter().any(|warning| warning.detail.starts_with("skipped: materials")))
     };
     for named in ["mats/red.mtl", "mats\\red.mtl", ".\\mats\\red.mtl", "./mats//red.mtl"] {
         assert_eq!(warnings(named, "mats/red.mtl"), [false; 2], "{named}");
