@@ -7,9 +7,11 @@ use image::{DynamicImage, ImageFormat, RgbaImage};
 use sha2::{Digest, Sha256};
 use std::io::Cursor;
 use strahl::film::Region;
+use strahl::models::ModelFormat;
 use strahl::models::ktx2::{Ktx2, MAGIC};
 use strahl::render::{Control, render};
-use strahl::scene::{Format, Overrides, load};
+use strahl::scene::model::import;
+use strahl::scene::{Format, NoFiles, Overrides, load};
 
 /// A square without light whose texture is a picture, from the front.
 fn square(extension: &str, media_type: &str, picture: &[u8]) -> String {
@@ -113,6 +115,27 @@ fn enlarged_pixels_are_squares_where_the_sampler_says_nearest() {
     let mixed = |model: &str| shown(model).into_iter().filter(|[r, g, _]| r.min(*g) > 0.05).count();
     assert!(mixed(&smooth) > 100);
     assert_eq!(mixed(&smooth.replace(textures, sampler)), 0);
+}
+
+/// Without a warning, with its strength, and told apart from the normals of the surface.
+#[test]
+fn lacquer_has_the_normals_of_its_own_picture() {
+    let model = square("", "image/png", &png(&RgbaImage::from_pixel(2, 2, image::Rgba([190, 100, 220, 255]))));
+    let coated = |normals: &str| {
+        let coat = format!(r#""KHR_materials_clearcoat": {{"clearcoatFactor": 1{normals}}}"#);
+        let model = model.replace(r#""KHR_materials_unlit": {}"#, &coat);
+        assert!(model.contains("KHR_materials_clearcoat"));
+        model
+    };
+    let leans = coated(r#", "clearcoatNormalTexture": {"index": 0, "scale": 0.5}"#);
+    let imported = import(ModelFormat::Gltf, leans.as_bytes(), &Overrides::default(), &NoFiles).unwrap();
+    let approximated: Vec<_> =
+        imported.warnings.iter().filter(|warning| warning.detail.starts_with("approx")).collect();
+    assert!(approximated.is_empty(), "{approximated:?}");
+    let pbr = imported.description.materials.iter().find_map(|(_, material)| material.pbr.as_deref()).unwrap();
+    assert_eq!(pbr.clearcoat_normal.as_ref().map(|normals| normals.factor), Some(0.5));
+    assert_eq!(pbr.normal, None);
+    assert_ne!(shown(&leans), shown(&coated("")));
 }
 
 /// A lit square with a normal map that is the same everywhere.
