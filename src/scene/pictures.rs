@@ -216,8 +216,10 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
             for (key, textured) in numbers.chain(pbr.occlusion.as_deref().map(|textured| ("occlusion", textured))) {
                 keep(&textured.image, number_of(textured), &format!("/pbr/{key}/image"));
             }
-            if let Some(normal) = &pbr.normal {
-                keep(&normal.image, Meaning::Normal, "/pbr/normal/image");
+            for (key, map) in pbr.normals() {
+                if let Some(map) = map {
+                    keep(&map.image, Meaning::Normal, &format!("/pbr/{key}/image"));
+                }
             }
         }
     }

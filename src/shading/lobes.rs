@@ -48,8 +48,10 @@ pub struct Lobes<L: Lanes> {
     /// What the lacquer reflects, and its width.
     coat: L,
     coat_width: L,
-    /// The normal of the lacquer, which bumps do not tilt.
+    /// The normal of the lacquer.
     pub coat_ns: V3<L>,
+    /// The lanes with lacquer whose normal is not that of the surface below.
+    pub apart: u32,
     /// What all light from around is multiplied with: what is scattered, and what wide lobes reflect.
     pub ambient: V3<L>,
     /// The share that is scattered of light from all around.
@@ -68,7 +70,7 @@ pub struct Lobes<L: Lanes> {
     pub mirrored: u32,
     /// Width of the facets that rays choose among; 0 where a mirror ray stands for the lobe.
     pub facets: L,
-    /// What the lacquer reflects by rays of its own, and the width of its facets.
+    /// What the lacquer reflects by rays of its own: where light is traced, and where its normal is another.
     pub lacquer: L,
     /// Width of the facets of the lacquer; 0 where it is a mirror.
     pub lacquer_facets: L,
@@ -76,7 +78,7 @@ pub struct Lobes<L: Lanes> {
     pub reflection: V3<L>,
     /// Reflectance of metal at normal incidence and along the surface.
     pub metal: [V3<L>; 2],
-    /// What the lacquer mirrors.
+    /// What the lacquer mirrors by the ray of the surface below.
     pub coat_mirror: L,
     /// The share that passes what the surface does not reflect, and its colour.
     pub passing: L,
@@ -96,8 +98,8 @@ impl<L: Lanes> Lobes<L> {
         (self.blurred + V3 { x: coat, y: coat, z: coat }) * self.occlusion
     }
 
-    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal with bumps and `coat_ns` that without. `traced`: whether rays
-    /// bring light to each lobe.
+    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal of the surface and `coat_ns` that of the lacquer, which differ
+    /// in the lanes of `apart`. `traced`: whether rays bring light to each lobe.
     #[inline(always)]
     pub fn of(
         s: L::Simd,
@@ -106,6 +108,7 @@ impl<L: Lanes> Lobes<L> {
         to_eye: V3<L>,
         ns: V3<L>,
         coat_ns: V3<L>,
+        apart: u32,
         traced: bool,
     ) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
@@ -153,7 +156,13 @@ impl<L: Lanes> Lobes<L> {
             // Rays that choose among facets meet each facet once.
             (reflection, metal) = (reflection.times(more), [metal[0].times(more), metal[1].times(more)]);
         }
-        let coat_mirror = if traced { zero } else { coat * coat_smooth };
+        let apart = if apart == 0 { 0 } else { apart & coat.gt(zero).bits() };
+        let mut lacquer = if traced { coat } else { zero };
+        let mut coat_mirror = if traced { zero } else { coat * coat_smooth };
+        if apart != 0 && !traced {
+            let mask = L::mask(s, apart);
+            (lacquer, coat_mirror) = (L::select(mask, coat_mirror, zero), L::select(mask, zero, coat_mirror));
+        }
         let (wide, coat_wide) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
         let (facets, lacquer_facets) = (chosen(s, wide, every), chosen(s, coat_wide, every));
         let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
@@ -167,6 +176,7 @@ impl<L: Lanes> Lobes<L> {
             coat,
             coat_width: coat_wide.max(L::lit(s, NARROWEST)),
             coat_ns,
+            apart,
             ambient: ambient * p.occlusion,
             scattered,
             blurred,
@@ -176,7 +186,7 @@ impl<L: Lanes> Lobes<L> {
             occlusion: p.occlusion,
             mirrored: mirrors.bits() & lanes,
             facets,
-            lacquer: if traced { coat } else { zero },
+            lacquer,
             lacquer_facets,
             reflection,
             metal,
@@ -188,8 +198,21 @@ impl<L: Lanes> Lobes<L> {
         }
     }
 
+    /// The cosine between a light's direction and the normal of the surface, given that, and the lanes where the light may be
+    /// reflected: the surface or the lacquer over it faces it.
+    #[inline(always)]
+    pub fn faces(&self, s: L::Simd, to_light: V3<L>, cosine: L) -> (L, L::Mask) {
+        let zero = L::lit(s, 0.0);
+        let faces = cosine.gt(zero);
+        if self.apart == 0 {
+            return (cosine, faces);
+        }
+        let apart = L::mask(s, self.apart);
+        (L::select(apart, cosine.max(zero), cosine), faces | (apart & self.coat_ns.dot(to_light).gt(zero)))
+    }
+
     /// The share of a light's irradiance over pi that is reflected to the eye. All vectors are unit and point away from the
-    /// surface; `cosine` is that between light and normal, above 0 where it counts.
+    /// surface; `cosine` is that between light and normal, 0 or more where it counts.
     #[inline(always)]
     pub fn reflected(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));

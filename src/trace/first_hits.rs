@@ -51,12 +51,12 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The coefficients of what the rays have met. Bumps tilt its normals.
     #[inline(always)]
     pub(crate) fn first_coefficients(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> Coefficients<L> {
-        let (s, mut coefficients, smooth) = (self.s, self.coefficients(rays, hits), hits.ns);
+        let (s, mut coefficients, mut lacquer) = (self.s, self.coefficients(rays, hits), hits.ns);
         if V::DETAILS && self.world.effects.has_textures() {
-            apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
+            apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients, &mut lacquer);
         }
         if V::DETAILS && self.world.effects.has(Effect::MetallicRoughness) {
-            lobes_of(s, self.world, rays, self.cones.widths(), smooth, hits, &mut coefficients);
+            lobes_of(s, self.world, rays, self.cones.widths(), lacquer, hits, &mut coefficients);
         }
         coefficients
     }

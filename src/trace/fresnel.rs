@@ -134,8 +134,14 @@ fn at_angles_in<L: Lanes>(
             let inside = V3 { x: lobes.passing, y: lobes.passing, z: lobes.passing };
             r_s = V3::select(mask & L::mask(s, bent.lanes) & bent.refraction.total, inside, r_s);
         }
+        let mut mirrored = r_s;
+        if lobes.apart != 0 {
+            let lacquer = L::select(L::mask(s, lobes.apart), lobes.lacquer, zero);
+            mirrored = mirrored + V3 { x: lacquer, y: lacquer, z: lacquer };
+        }
         // A reflection may be brighter than the index of refraction makes it.
-        let left = V3 { x: (one - r_s.x).max(zero), y: (one - r_s.y).max(zero), z: (one - r_s.z).max(zero) };
+        let V3 { x, y, z } = mirrored;
+        let left = V3 { x: (one - x).max(zero), y: (one - y).max(zero), z: (one - z).max(zero) };
         let kept = V3 { x: r_t.x.min(left.x), y: r_t.y.min(left.y), z: r_t.z.min(left.z) };
         r_t = V3::select(mask, kept, r_t);
     }

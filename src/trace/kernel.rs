@@ -13,6 +13,7 @@ use super::environment_light::light_from_around;
 use super::eye_media::media_at;
 use super::footprint::footprints;
 use super::hits::Hits;
+use super::lacquer::scatter_lacquer;
 use super::lighting::illuminate;
 use super::observer::Observer;
 use super::opacity::go_on;
@@ -21,7 +22,7 @@ use super::pixel_sum::PixelSum;
 use super::proof::BatchProof;
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
-use super::sampled_light::{light_looked_for, scatter_lacquer, share_of_glow, share_of_surroundings};
+use super::sampled_light::{light_looked_for, share_of_glow, share_of_surroundings};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
 use super::shadow_catcher::caught;
@@ -319,13 +320,12 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         let there;
         let mut rays = rays;
         if V::DETAILS {
-            let smooth = hits.ns;
+            let (widths, mut lacquer) = (self.cones.widths(), hits.ns);
             if self.world.effects.has_textures() {
-                self.cones.tilted = apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients);
+                self.cones.tilted = apply_textures(s, self.world, rays, widths, hits, &mut coefficients, &mut lacquer);
             }
             if self.world.effects.has(Effect::MetallicRoughness) {
-                let widths = self.cones.widths();
-                lobes = lobes_of(s, self.world, rays, widths, smooth, hits, &mut coefficients);
+                lobes = lobes_of(s, self.world, rays, widths, lacquer, hits, &mut coefficients);
             }
             if let Some(lobes) = &lobes
                 && self.world.effects.has(Effect::Opacity)
@@ -385,7 +385,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             if traced || (self.world.effects.has(Effect::ColorBleeding) && !rays.gathered) {
                 scatter_diffuse(self, rays, hits, &coefficients, number);
             }
-            if traced && let Some(lobes) = lobes {
+            if let Some(lobes) = lobes
+                && (traced || lobes.apart != 0)
+            {
                 scatter_lacquer(self, rays, hits, lobes, number);
             }
         }

@@ -105,8 +105,14 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         // NaN, at the light's own position, is neither side.
         let facet_cosine = hits.ng.dot(arrival.to_light);
         let facing = found & (facet_cosine.gt(zero) | L::mask(s, smooth));
-        let cosine = hits.ns.dot(arrival.to_light);
-        let lit = facing & cosine.gt(zero) & arrival.strength.gt(zero);
+        let mut cosine = hits.ns.dot(arrival.to_light);
+        let mut faces = cosine.gt(zero);
+        if V::DETAILS
+            && let Some(lobes) = lobes
+        {
+            (cosine, faces) = lobes.faces(s, arrival.to_light, cosine);
+        }
+        let lit = facing & faces & arrival.strength.gt(zero);
         if !(lit | (facing & L::mask(s, spd))).any() {
             continue;
         }

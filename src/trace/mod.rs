@@ -17,6 +17,7 @@ pub mod hits;
 pub mod interface;
 mod judgement;
 pub mod kernel;
+mod lacquer;
 pub mod lighting;
 pub mod observer;
 mod opacity;

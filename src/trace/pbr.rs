@@ -4,7 +4,7 @@
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
 use super::texturing::Seen;
-use crate::lanes::{Column, Columns, Ids, Lanes, V3, parts};
+use crate::lanes::{Column, Columns, Ids, Lanes, Mask, V3, parts};
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::lobes::Lobes;
@@ -12,14 +12,14 @@ use crate::shading::material::Coefficients;
 use crate::shading::pbr::{NUMBERS, Parameters};
 
 /// The lobes under the rays, none if no ray has hit such a material; the coefficients take over what they say. `widths` are
-/// those of the cones at the hits, and `smooth` are the normals without bumps.
+/// those of the cones at the hits, and `lacquer` are the normals of lacquer.
 #[inline(never)]
 pub(super) fn lobes_of<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &RayPacket<L>,
     widths: L,
-    smooth: V3<L>,
+    lacquer: V3<L>,
     hits: &Hits<L>,
     coefficients: &mut Coefficients<L>,
 ) -> Option<Lobes<L>> {
@@ -36,7 +36,14 @@ pub(super) fn lobes_of<L: Lanes>(
                 |column| column.lanes::<L>(s),
             ));
             let traced = world.effects.has(Effect::GlobalIllumination);
-            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, smooth, traced);
+            let (mut apart, mut coat_ns) = (0, hits.ns);
+            if world.effects.has(Effect::NormalMapping) {
+                // Within a body its surface alone says what stays inside: total reflection loses nothing to lacquer that leans.
+                let inside = hits.closed & hits.transmissive & !hits.entering;
+                apart = !lacquer.eq(hits.ns).bits() & lanes & !inside;
+                coat_ns = V3::select(L::mask(s, apart), lacquer, hits.ns);
+            }
+            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, coat_ns, apart, traced);
             let mask = L::mask(s, lanes);
             let c = coefficients;
             c.ambient = V3::select(mask, lobes.ambient, c.ambient);

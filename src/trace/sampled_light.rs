@@ -10,8 +10,8 @@ use super::kernel::Tracer;
 use super::lighting::SHADOW_SHARE;
 use super::observer::Observer;
 use super::opacity::left_by_holes;
-use super::ray_packet::{RayKind, RayPacket};
-use super::sampling::{Choice, child};
+use super::ray_packet::RayPacket;
+use super::sampling::Choice;
 use super::variants::Variant;
 use crate::accel::{Blockers, Coherence, Shape, transmittance};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
@@ -20,10 +20,8 @@ use crate::scene::effects::Effect;
 use crate::scene::world::{Pruning, World};
 use crate::shading::bright_directions::BrightDirections;
 use crate::shading::emitters::Emitters;
-use crate::shading::lobes::{Lobes, likely};
+use crate::shading::lobes::Lobes;
 use crate::shading::material::Coefficients;
-use crate::shading::microfacet::{unhidden, visible_facet};
-use crate::shading::optics::reflect;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -136,8 +134,12 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
     let (zero, over_pi) = (L::lit(s, 0.0), L::lit(s, 1.0 / PI));
     let black = V3 { x: zero, y: zero, z: zero };
     let (to_light, density) = (chosen.dir, chosen.density);
-    let cosine = hits.ns.dot(to_light);
-    let facing = hits.ng.dot(to_light).gt(zero) & cosine.gt(zero);
+    let mut cosine = hits.ns.dot(to_light);
+    let mut faces = cosine.gt(zero);
+    if let Some(lobes) = lobes {
+        (cosine, faces) = lobes.faces(s, to_light, cosine);
+    }
+    let facing = hits.ng.dot(to_light).gt(zero) & faces;
     let lit = L::mask(s, hits.found) & facing & density.gt(zero) & density.lt(L::lit(s, f64::INFINITY));
     let mut reflected = coefficients.diffuse * (cosine * share(density, cosine * over_pi));
     if let Some(lobes) = lobes {
@@ -238,56 +240,4 @@ pub(super) fn share_of_glow<L: Lanes>(
             L::select(L::mask(s, chosen), share(densities, others), L::lit(s, 1.0))
         },
     )
-}
-
-/// Stacks the rays of lacquer, which has facets of its own.
-#[inline(never)]
-pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
-    tracer: &mut Tracer<'_, L, O, V>,
-    rays: &RayPacket<L>,
-    hits: &Hits<L>,
-    lobes: &Lobes<L>,
-    number: u32,
-) {
-    L::vectorize(
-        tracer.s,
-        #[inline(always)]
-        || {
-            let s = tracer.s;
-            let zero = L::lit(s, 0.0);
-            let coated = lobes.lacquer.gt(zero).bits() & lobes.lanes & hits.found;
-            if coated == 0 {
-                return;
-            }
-            let weight = rays.weight * lobes.lacquer;
-            if rays.depth >= tracer.world.rules.max_depth {
-                tracer.record_omitted_rays(coated, weight, rays.depth + 1);
-                return;
-            }
-            let (n, width, to_eye) = (lobes.coat_ns, lobes.lacquer_facets, -rays.dir);
-            let rough = width.gt(zero);
-            let square = tracer.sampler.square(s, rays.path, Choice::Lacquer);
-            let facet = V3::select(rough, visible_facet(s, n, to_eye, width, square), n);
-            let dir = reflect(s, rays.dir, facet).normalized(s);
-            let above = (dir.dot(hits.ng).gt(zero) & dir.dot(n).gt(zero)).bits();
-            let kept = L::select(rough, unhidden(s, n, dir, width), L::lit(s, 1.0));
-            tracer.cones.chosen(L::select(rough, likely(s, n, dir, to_eye, width), zero));
-            tracer.push(RayPacket {
-                origin: hits.surface.leave(hits.ng),
-                dir,
-                t_min: zero,
-                weight: weight * kept,
-                active: coated & above,
-                media: rays.media,
-                depth: rays.depth + 1,
-                kind: RayKind::Reflected,
-                straight: false,
-                gathered: rays.gathered,
-                // Beside the ray that the surface below reflects.
-                path: child(!rays.path, RayKind::Reflected),
-                dispersed: rays.dispersed,
-                parent: number,
-            });
-        },
-    );
 }

@@ -22,8 +22,8 @@ const GRAZING: f64 = 1e-3;
 /// Cosine that replaces that of slopes which face away from the ray.
 const EDGE_ON: f64 = 1e-3;
 
-/// Applies textures to the coefficients and bumps to the shading normals; `widths` are those of the cones at the hits.
-/// Returns the lanes whose normals are tilted.
+/// Applies textures to the coefficients and bumps to the shading normals, and those of lacquer to `lacquer`, its normals; `widths`
+/// are those of the cones at the hits. Returns the lanes whose shading normals are tilted.
 #[inline(never)]
 pub(super) fn apply_textures<L: Lanes>(
     s: L::Simd,
@@ -32,11 +32,12 @@ pub(super) fn apply_textures<L: Lanes>(
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
+    lacquer: &mut V3<L>,
 ) -> u32 {
     L::vectorize(
         s,
         #[inline(always)]
-        || apply_in(s, world, rays, widths, hits, coefficients),
+        || apply_in(s, world, rays, widths, hits, coefficients, lacquer),
     )
 }
 
@@ -48,11 +49,13 @@ fn apply_in<L: Lanes>(
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
+    lacquer: &mut V3<L>,
 ) -> u32 {
     let (mut tilted, mut textured) = (0, false);
     let seen = Seen::new(rays.dir, hits, widths);
     let (mut ambient, mut diffuse) = (Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse));
     let mut normals = Columns::of(hits.ns);
+    let mut normals_of_lacquer: Option<Columns> = None;
     let mut left = hits.found;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
@@ -79,8 +82,16 @@ fn apply_in<L: Lanes>(
             if let Some(pattern) = &textures.ambient {
                 ambient.put(s, first, mask, pattern.at(s, &lookup));
             }
+            let outside = L::Double::mask(s, hits.entering >> first);
+            if let Some(bump) = &textures.lacquer {
+                let normals = match &mut normals_of_lacquer {
+                    Some(normals) => normals,
+                    none => none.insert(Columns::of(*lacquer)),
+                };
+                let (normal, changed) = seen.tilt(s, bump, &owner, &lookup, normals.part(s, first), outside);
+                normals.put(s, first, mask & changed, normal);
+            }
             if let Some(bump) = &textures.bump {
-                let outside = L::Double::mask(s, hits.entering >> first);
                 let (normal, changed) = seen.tilt(s, bump, &owner, &lookup, normals.part(s, first), outside);
                 normals.put(s, first, mask & changed, normal);
                 tilted |= (mask & changed).bits() << first;
@@ -92,6 +103,9 @@ fn apply_in<L: Lanes>(
     }
     if tilted != 0 {
         hits.ns = normals.lanes(s);
+    }
+    if let Some(normals) = &normals_of_lacquer {
+        *lacquer = normals.lanes(s);
     }
     tilted
 }

@@ -3203,6 +3203,30 @@ export interface components {
             base_color?: components["schemas"]["ColorChannel"];
             /** @description Strength of a layer of lacquer over all, 0 to 1. Default 0. */
             clearcoat?: components["schemas"]["NumberChannel"];
+            /** @description Normals of the lacquer from a picture, as in `normal`. Default: none; the lacquer is even, also over a surface with `normal`. */
+            clearcoat_normal?: {
+                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                channel?: components["schemas"]["TexelChannel"] | null;
+                /** @description What its pixels look like from near. Default `"smooth"`. */
+                enlarged?: components["schemas"]["Enlarged"];
+                /**
+                 * Format: double
+                 * @description Factor on the texels. Default 1.
+                 * @default 1
+                 */
+                factor?: number;
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                image: string;
+                /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
+                transform?: components["schemas"]["UvTransform"];
+                /**
+                 * Format: uint32
+                 * @description Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.
+                 */
+                uv?: number;
+                /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
+                wrap?: components["schemas"]["Wraps"];
+            } | null;
             /** @description Roughness of the lacquer, 0 to 1. Default 0. */
             clearcoat_roughness?: components["schemas"]["NumberChannel"];
             /**

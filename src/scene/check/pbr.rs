@@ -20,13 +20,17 @@ pub(super) fn check_pbr(findings: &mut Findings, at: Path<'_>, material: &Materi
     for (key, number) in pbr.numbers() {
         findings.number_channel(at.key(key), number);
     }
-    for (key, map) in [("normal", &pbr.normal), ("occlusion", &pbr.occlusion)] {
+    for (key, map) in pbr.normals() {
         if let Some(map) = map {
-            let (factor, most) = if key == "normal" { (map.factor.abs(), 100.0) } else { (map.factor, 1.0) };
-            let range = if key == "normal" { "between -100 and 100" } else { "between 0 and 1" };
-            findings.number(at.key(key).key("factor"), factor, range, (0.0..=most).contains(&factor));
-            findings.textured(at.key(key), map, key == "occlusion");
+            let factor = map.factor;
+            findings.number(at.key(key).key("factor"), factor, "between -100 and 100", factor.abs() <= 100.0);
+            findings.textured(at.key(key), map, false);
         }
+    }
+    if let Some(map) = &pbr.occlusion {
+        let at = at.key("occlusion");
+        findings.share(at.key("factor"), map.factor);
+        findings.textured(at, map, true);
     }
     if let Some(opacity) = &pbr.opacity {
         let at = at.key("opacity");

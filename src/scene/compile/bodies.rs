@@ -45,12 +45,9 @@ impl Kept {
     pub(super) fn of(object: &Object, material: Option<&d::Material>) -> Self {
         let (Object::Mesh(mesh), Some(material)) = (object, material) else { return Self::default() };
         let [uvs, uvs1] = material.uv_sets();
-        // Pictures that are turned or mirrored have other tangents.
-        let as_it_is = |normal: &d::Textured<f64>| {
-            normal.transform.rotate_deg == 0.0 && normal.transform.scale.iter().all(|scale| *scale > 0.0)
-        };
-        let normal = material.pbr.as_ref().and_then(|pbr| pbr.normal.as_deref());
-        let tangents = mesh.tangents.is_some() && normal.is_some_and(as_it_is);
+        let takes_tangents =
+            |pbr: &d::Pbr| pbr.normals().into_iter().any(|(_, map)| map.is_some_and(|map| pbr.takes_tangents(map)));
+        let tangents = mesh.tangents.is_some() && material.pbr.as_deref().is_some_and(takes_tangents);
         Self { uvs, uvs1, colors: mesh.colors.is_some() && material.pbr.is_some(), tangents }
     }
 

@@ -63,15 +63,18 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         catches_shadows: false,
         edge_fade: 0.0,
     };
-    let bump = described.normal.as_deref().and_then(|normal| {
-        let picture = album.picture(normal, Meaning::Normal);
-        let flat = normal.factor == 0.0 || matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
-        (!flat).then_some(BumpMap::Normals { picture, strength: normal.factor })
+    let [bump, lacquer] = described.normals().map(|(_, normals)| {
+        let normals = normals.filter(|normals| normals.factor != 0.0 && !pbr.unlit)?;
+        let picture = album.picture(normals, Meaning::Normal);
+        let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
+        let by_tangents = described.takes_tangents(normals);
+        (!flat).then_some(BumpMap::Normals { picture, strength: normals.factor, by_tangents })
     });
     pbr.pictures = album.kept.into_iter().map(|(_, picture)| picture).collect();
-    let textures =
-        bump.filter(|_| !pbr.unlit).map(|bump| Box::new(Textures { bump: Some(bump), ..Textures::default() }));
     let most = Most::of(&pbr);
+    let lacquer = lacquer.filter(|_| most.most(&pbr.clearcoat) > 0.0);
+    let textures = Textures { bump, lacquer, ..Textures::default() };
+    let textures = (!textures.is_plain()).then(|| Box::new(textures));
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
     let (mirrors, passing) = (most.mirrors(&pbr) || (traced && !pbr.unlit), most.passing(&pbr));
     let rough = if traced && !pbr.unlit { most.most(&pbr.roughness).powi(2) } else { 0.0 };

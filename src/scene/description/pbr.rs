@@ -1,6 +1,6 @@
 //! Materials as glTF 2.0 has them: metallic-roughness, and the extensions of it that surfaces need.
 
-use super::channel::{Channel, Textured};
+use super::channel::{Channel, Textured, UvTransform};
 use super::object::is_false;
 use super::{Color, is_default, is_zero, number};
 use schemars::JsonSchema;
@@ -64,6 +64,9 @@ pub struct Pbr {
     /// Roughness of the lacquer, 0 to 1. Default 0.
     #[serde(skip_serializing_if = "is_nothing")]
     pub clearcoat_roughness: Channel<f64>,
+    /// Normals of the lacquer from a picture, as in `normal`. Default: none; the lacquer is even, also over a surface with `normal`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearcoat_normal: Option<Box<Textured<f64>>>,
     /// Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as
     /// it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false.
     #[serde(skip_serializing_if = "is_false")]
@@ -138,9 +141,28 @@ impl Pbr {
         let colors = self.colors().into_iter().filter_map(|(_, channel)| Some(channel.textured()?.uv));
         let numbers = self.numbers().into_iter().filter_map(|(_, channel)| Some(channel.textured()?.uv));
         let alpha = self.opacity.iter().filter_map(|opacity| Some(opacity.alpha.textured()?.uv));
-        let maps = [&self.normal, &self.occlusion].into_iter().flatten().map(|map| map.uv);
-        colors.chain(numbers).chain(alpha).chain(maps).for_each(|uv| sets[usize::from(uv > 0)] = true);
+        let normals = self.normals().into_iter().filter_map(|(_, map)| Some(map?.uv));
+        let occlusion = self.occlusion.iter().map(|map| map.uv);
+        colors
+            .chain(numbers)
+            .chain(alpha)
+            .chain(normals)
+            .chain(occlusion)
+            .for_each(|uv| sets[usize::from(uv > 0)] = true);
         sets
+    }
+
+    /// Pictures of normals, by their keys.
+    pub fn normals(&self) -> [(&'static str, Option<&Textured<f64>>); 2] {
+        [("normal", self.normal.as_deref()), ("clearcoat_normal", self.clearcoat_normal.as_deref())]
+    }
+
+    /// Whether the tangents of a mesh are those of a picture of normals. They are made for one set of texture coordinates, that of
+    /// `normal`, and not for a picture that is turned or mirrored.
+    pub fn takes_tangents(&self, normals: &Textured<f64>) -> bool {
+        let made_for = self.normal.as_ref().map_or(normals.uv, |normal| normal.uv);
+        let UvTransform { rotate_deg, scale, .. } = normals.transform;
+        normals.uv == made_for && rotate_deg == 0.0 && scale.iter().all(|scale| *scale > 0.0)
     }
 
     /// Channels that are numbers from 0 to 1, by their keys; alpha is one of `opacity`.
@@ -176,6 +198,7 @@ impl Default for Pbr {
             dispersion: 0.0,
             clearcoat: value(0.0),
             clearcoat_roughness: value(0.0),
+            clearcoat_normal: None,
             unlit: false,
             shadow_catcher: false,
             edge_fade: 0.0,

@@ -105,6 +105,7 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
         dispersion: material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)),
         clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
+        clearcoat_normal: coat.and_then(|coat| coat.normal).map(map),
         unlit: material.unlit,
         shadow_catcher: false,
         edge_fade: 0.0,
@@ -176,13 +177,7 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 
 /// Notes what scenes cannot say.
 fn note(model: &Model, warnings: &mut Vec<Warning>) {
-    let materials = &model.materials;
-    let any = |is: fn(&ModelMaterial) -> bool| materials.iter().any(is);
-    if any(|material| material.clearcoat.is_some_and(|coat| coat.normal.is_some())) {
-        let detail = "a clear coat follows the normals of the surface, not its own normal map";
-        warnings.push(warning(Subject::Approximated, "clearcoat-normal", detail));
-    }
-    if any(|material| material.unlit) && !is_unlit(model) {
+    if model.materials.iter().any(|material| material.unlit) && !is_unlit(model) {
         let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
         warnings.push(warning(Subject::Approximated, "unlit", detail));
     }

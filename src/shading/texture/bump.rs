@@ -31,6 +31,8 @@ pub enum BumpMap {
         picture: ImageTexture,
         /// Factor on x and y.
         strength: f64,
+        /// Whether x and y are along the tangents of the mesh, if it has any.
+        by_tangents: bool,
     },
 }
 
@@ -44,7 +46,9 @@ impl BumpMap {
         let gradient = match self {
             Self::Noise { fractal, height } => fractal.at(s, lookup.point, lookup.width()).1 * W::lit(s, *height),
             Self::Heights { picture, height } => picture.height_gradient(s, lookup) * W::lit(s, *height),
-            Self::Normals { picture, strength } => picture.normal_gradient(s, lookup, normal, *strength),
+            Self::Normals { picture, strength, by_tangents } => {
+                picture.normal_gradient(s, lookup, normal, *strength, *by_tangents)
+            }
         };
         let along = gradient - normal * normal.dot(gradient);
         let flat = along.eq(V3::splat(s, [0.0; 3])) | !along.is_finite(s);
@@ -87,23 +91,37 @@ impl ImageTexture {
 
     /// The slopes -x/z and -y/z of a normal map along the unit vectors of its tangent frame: the direction in which only
     /// u grows, and the one across it, on the side where v grows. A mesh may say what they are (glTF 2.0, section 3.7.2.1).
-    fn normal_gradient<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
+    fn normal_gradient<W: Double>(
+        &self,
+        s: W::Simd,
+        lookup: &Lookup<W>,
+        normal: V3<W>,
+        strength: f64,
+        by_tangents: bool,
+    ) -> V3<W> {
         W::vectorize(
             s,
             #[inline(always)]
-            || self.normal_gradient_in(s, lookup, normal, strength),
+            || self.normal_gradient_in(s, lookup, normal, strength, by_tangents),
         )
     }
 
     #[inline(always)]
-    fn normal_gradient_in<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, normal: V3<W>, strength: f64) -> V3<W> {
+    fn normal_gradient_in<W: Double>(
+        &self,
+        s: W::Simd,
+        lookup: &Lookup<W>,
+        normal: V3<W>,
+        strength: f64,
+        by_tangents: bool,
+    ) -> V3<W> {
         let coord = self.coord(s, lookup);
         let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.sampler, lookup.lanes);
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let none = V3 { x: zero, y: zero, z: zero };
         let told = match &lookup.face {
-            Some(face) => face.tangents(s, lookup.point),
-            None => None,
+            Some(face) if by_tangents => face.tangents(s, lookup.point),
+            _ => None,
         };
         let (tangent, turn) = match told {
             Some((tangent, hand)) => (tangent - normal * normal.dot(tangent), hand),

@@ -6,6 +6,7 @@ mod absorption;
 mod agreement;
 mod bumps;
 mod checkers;
+mod clearcoat;
 mod combined;
 mod convergence;
 mod emission;

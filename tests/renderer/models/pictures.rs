@@ -7,9 +7,11 @@ use image::{DynamicImage, ImageFormat, RgbaImage};
 use sha2::{Digest, Sha256};
 use std::io::Cursor;
 use strahl::film::Region;
+use strahl::models::ModelFormat;
 use strahl::models::ktx2::{Ktx2, MAGIC};
 use strahl::render::{Control, render};
-use strahl::scene::{Format, Overrides, load};
+use strahl::scene::model::import;
+use strahl::scene::{Format, NoFiles, Overrides, load};
 
 /// A square without light whose texture is a picture, from the front.
 fn square(extension: &str, media_type: &str, picture: &[u8]) -> String {
@@ -145,6 +147,26 @@ fn options_of_mtl_move_and_repeat_a_picture() {
     };
     assert_eq!(differ(shown("-s 2 0.5 1 -o 0.25 0.125 0", plain)), 0);
     assert!(differ(shown("-s 2 0.5 1", plain)) > 100);
+}
+
+/// Without a warning, with its strength, and told apart from the normals of the surface.
+#[test]
+fn lacquer_has_the_normals_of_its_own_picture() {
+    let model = square("", "image/png", &png(&RgbaImage::from_pixel(2, 2, image::Rgba([190, 100, 220, 255]))));
+    let coated = |normals: &str| {
+        let coat = format!(r#""KHR_materials_clearcoat": {{"clearcoatFactor": 1{normals}}}"#);
+        let model = model.replace(r#""KHR_materials_unlit": {}"#, &coat);
+        assert!(model.contains("KHR_materials_clearcoat"));
+        model
+    };
+    let leans = coated(r#", "clearcoatNormalTexture": {"index": 0, "scale": 0.5}"#);
+    let imported = import(ModelFormat::Gltf, leans.as_bytes(), &Overrides::default(), &NoFiles).unwrap();
+    let warnings = &imported.description.import_warnings;
+    assert!(warnings.iter().all(|warning| !warning.detail.starts_with("approx")), "{warnings:?}");
+    let pbr = imported.description.materials.iter().find_map(|(_, material)| material.pbr.as_deref()).unwrap();
+    assert_eq!(pbr.clearcoat_normal.as_ref().map(|normals| normals.factor), Some(0.5));
+    assert_eq!(pbr.normal, None);
+    assert_ne!(shown(&leans), shown(&coated("")));
 }
 
 /// A lit square with a normal map that is the same everywhere.

@@ -1539,6 +1539,9 @@ class Pbr(TypedDict):
     base_color: NotRequired[ColorChannel]
     # Strength of a layer of lacquer over all, 0 to 1. Default 0.
     clearcoat: NotRequired[NumberChannel]
+    # Normals of the lacquer from a picture, as in `normal`. Default: none; the lacquer is even, also over a surface
+    # with `normal`.
+    clearcoat_normal: NotRequired[dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], float] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps] | None]
     # Roughness of the lacquer, 0 to 1. Default 0.
     clearcoat_roughness: NotRequired[NumberChannel]
     # 20 over the Abbe number. What follows, a mean dispersion of (ior - 1)/20 times this, is limited to 0.2.

@@ -8,7 +8,7 @@ use crate::lanes::Real;
 use crate::scene::description::Pbr;
 use crate::scene::effects::MAX_POINTERS;
 use crate::scene::problem::push_token;
-use crate::shading::lobes::{MIRROR, NARROWEST};
+use crate::shading::lobes::{LACQUER, MIRROR, NARROWEST};
 use crate::words::list;
 
 /// Codes that one mirror ray is off by roughness, of metals and of what is none.
@@ -89,6 +89,11 @@ fn how(pbr: &Pbr, lit_by_surroundings: bool) -> String {
     });
     if pbr.transmission.factor() > 0.0 && !(pbr.roughness.textured().is_none() && roughness <= MIRROR) {
         parts.push("light that passes is not spread".to_owned());
+    }
+    let leans = pbr.normals().iter().any(|(_, normals)| normals.is_some());
+    let mirrors = pbr.clearcoat_roughness.textured().is_some() || pbr.clearcoat_roughness.factor() < LACQUER[1];
+    if leans && mirrors && pbr.clearcoat.factor() > 0.0 {
+        parts.push("mirror rays of its own for the lacquer".to_owned());
     }
     list(parts.into_iter(), "and")
 }

@@ -75,7 +75,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             Effect::BumpMapping,
             OfMaterial {
                 asks: |material| material.bump.as_ref().map(|_| "bump"),
-                shows: |material, _| bump(material).is_some_and(is_bump),
+                shows: |material, _| has_bumps(material, is_bump),
                 follows: false,
                 on: "surfaces are lit as if they were rough",
                 removed: "the bumps are flat, or no light shows them",
@@ -87,10 +87,10 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             Effect::NormalMapping,
             OfMaterial {
                 asks: |material| match &material.pbr {
-                    Some(pbr) => pbr.normal.is_some().then_some("pbr"),
+                    Some(pbr) => pbr.normals().iter().any(|(_, map)| map.is_some()).then_some("pbr"),
                     None => material.normal_map.as_ref().map(|_| "normal_map"),
                 },
-                shows: |material, _| bump(material).is_some_and(is_normal_map),
+                shows: |material, _| has_bumps(material, is_normal_map),
                 follows: false,
                 on: "pictures tilt the normals of surfaces",
                 removed: "the picture tilts no normal, or no light shows it",
@@ -170,8 +170,9 @@ fn has_pattern<R>(material: &Material<R>, test: fn(&Pattern) -> bool) -> bool {
     [&textures.diffuse, &textures.ambient].into_iter().flatten().any(test)
 }
 
-fn bump<R>(material: &Material<R>) -> Option<&BumpMap> {
-    material.textures.as_ref()?.bump.as_ref()
+fn has_bumps<R>(material: &Material<R>, test: fn(&BumpMap) -> bool) -> bool {
+    let Some(textures) = &material.textures else { return false };
+    [&textures.bump, &textures.lacquer].into_iter().flatten().any(test)
 }
 
 /// Checkers become the mean of their two colours.
@@ -195,7 +196,9 @@ fn forget_patterns<R>(material: &mut Material<R>, test: fn(&Pattern) -> bool) {
 
 fn forget_bumps<R>(material: &mut Material<R>, test: fn(&BumpMap) -> bool) {
     change(material, |textures| {
-        textures.bump.take_if(|bump| test(bump));
+        for bump in [&mut textures.bump, &mut textures.lacquer] {
+            bump.take_if(|bump| test(bump));
+        }
     });
 }
 

@@ -1,0 +1,90 @@
+//! The rays that lacquer reflects by itself: where light is traced, since it has facets of its own, and where its normal is not that
+//! of the surface below, which has another mirror ray.
+
+use super::footprint::curvatures;
+use super::hits::Hits;
+use super::kernel::Tracer;
+use super::observer::{NotFollowed, Observer};
+use super::ray_packet::{RayKind, RayPacket};
+use super::sampling::{Choice, child};
+use super::variants::Variant;
+use crate::lanes::{Lanes, Mask, V3};
+use crate::shading::lobes::{Lobes, likely};
+use crate::shading::microfacet::{unhidden, visible_facet};
+use crate::shading::optics::reflect;
+
+/// Stacks the rays of lacquer.
+#[inline(never)]
+pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    lobes: &Lobes<L>,
+    number: u32,
+) {
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || {
+            let s = tracer.s;
+            let zero = L::lit(s, 0.0);
+            let coated = lobes.lacquer.gt(zero).bits() & lobes.lanes & hits.found;
+            if coated == 0 {
+                return;
+            }
+            let mut weight = rays.weight * lobes.lacquer;
+            if rays.depth >= tracer.world.rules.max_depth {
+                tracer.record_omitted_rays(coated, weight, rays.depth + 1);
+                if O::WATCHING {
+                    tracer.observer.not_followed(number, RayKind::Reflected, weight, NotFollowed::Depth);
+                }
+                return;
+            }
+            let (n, width, to_eye) = (lobes.coat_ns, lobes.lacquer_facets, -rays.dir);
+            let rough = width.gt(zero);
+            let mut facet = n;
+            if rough.any() {
+                let square = tracer.sampler.square(s, rays.path, Choice::Lacquer);
+                facet = V3::select(rough, visible_facet(s, n, to_eye, width, square), n);
+            }
+            let mut dir = reflect(s, rays.dir, facet);
+            let of_surface = tracer.cones.next;
+            let apart = lobes.apart & coated;
+            let even = L::mask(s, apart) & !rough;
+            if apart != 0 {
+                // A normal that leans may send the mirrored ray below the surface; the geometric one does not.
+                let above = dir.dot(hits.ng).gt(zero) | !even;
+                dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
+                if tracer.world.has_footprints() {
+                    let curvature = curvatures(s, tracer.world, hits, apart);
+                    tracer.cones.next = tracer.cones.mirrored(s, curvature);
+                }
+            }
+            let dir = dir.normalized(s);
+            let above = dir.dot(hits.ng).gt(zero) & (dir.dot(n).gt(zero) | even);
+            let mut density = zero;
+            if rough.any() {
+                weight = weight * L::select(rough, unhidden(s, n, dir, width), L::lit(s, 1.0));
+                density = L::select(rough, likely(s, n, dir, to_eye, width), zero);
+            }
+            tracer.cones.chosen(density);
+            tracer.push(RayPacket {
+                origin: hits.surface.leave(hits.ng),
+                dir,
+                t_min: zero,
+                weight,
+                active: coated & above.bits(),
+                media: rays.media,
+                depth: rays.depth + 1,
+                kind: RayKind::Reflected,
+                straight: false,
+                gathered: rays.gathered,
+                // Beside the ray that the surface below reflects.
+                path: child(!rays.path, RayKind::Reflected),
+                dispersed: rays.dispersed,
+                parent: number,
+            });
+            tracer.cones.next = of_surface;
+        },
+    );
+}
