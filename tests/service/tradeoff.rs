@@ -99,7 +99,7 @@ fn what_is_named_is_what_was_measured() {
 #[test]
 fn modes_that_choose_samples_are_left_out_and_named() {
     let folder = folder("left-out");
-    let size = ["--width", "60", "--height", "34", "--seconds", "6"];
+    let size = ["--width", "60", "--height", "34", "--seconds", "10"];
     for mode in ["statistical:2,0.9", "time:200", "rays:100000"] {
         let (t, page) = tradeoff(&folder, "whitted/whitted.json", &[&size[..], &["--accuracy", mode]].concat());
         let remarks = t["choices"]["remarks"].as_array().unwrap();
@@ -111,8 +111,11 @@ fn modes_that_choose_samples_are_left_out_and_named() {
         let plain: Vec<_> = points.filter(|point| point["settings"]["antialias"] == false).collect();
         assert!(plain.len() > 10, "{mode}: {plain:?}");
         for point in plain {
-            let samples = point["settings"]["samples"].as_u64().unwrap();
-            assert_eq!(point["rays"]["camera"], samples * width * height, "{mode}: {}", point["settings"]);
+            let samples = point["settings"]["samples"].as_u64().unwrap() * width * height;
+            // A proof may trace some of them once more.
+            let most = samples + if point["settings"]["max_codes"].is_null() { 0 } else { samples / 10 };
+            let camera = point["rays"]["camera"].as_u64().unwrap();
+            assert!((samples..=most).contains(&camera), "{mode}: {camera} of {samples}: {}", point["settings"]);
         }
         let is_asked = |point: &Value| point["sweeps"].as_array().unwrap().contains(&"as_asked".into());
         assert!(!t["points"].as_array().unwrap().iter().any(is_asked), "{mode}");
