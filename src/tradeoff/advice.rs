@@ -233,6 +233,7 @@ pub(super) fn figure(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::left_out::LeftOut;
     use super::super::sweep::{Errors, Settings, Times, points};
     use super::*;
     use crate::metrics::{Difference, Image8};
@@ -248,7 +249,7 @@ mod tests {
             precision: Precision::Single,
         };
         let reference = Image8 { width: 1, pixels: vec![[100; 3]] };
-        let mut points = points(asked, None);
+        let mut points = points(asked, LeftOut::default(), None);
         for point in &mut points {
             let error =
                 Difference::of(&reference, &Image8 { width: 1, pixels: vec![[100 + codes(&point.settings); 3]] });

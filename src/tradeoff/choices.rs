@@ -2,6 +2,7 @@
 
 use super::answer::{self, Seen};
 use super::findings::Reference;
+use super::left_out::LeftOut;
 use super::remarks::remarks;
 use super::sweep::{Settings, brief};
 use crate::metrics::{Difference, Image8};
@@ -16,8 +17,8 @@ use serde::Serialize;
 pub struct Choices {
     /// Which setting to take, what it costs and what is lost, and what less and more would cost.
     pub answer: String,
-    /// What the answer and the numbers leave open, in a sentence each: against what is proved, and why nothing is or less than
-    /// was measured.
+    /// What the answer and the numbers leave open, in a sentence each: which mode of the scene and which choice of samples is not
+    /// compared, against what is proved, and why nothing is or less than was measured.
     pub remarks: Vec<String>,
     /// The picture that differences are from; none if there was no time for one.
     pub reference: Option<Reference>,
@@ -126,6 +127,8 @@ pub struct Measurement {
     pub proved_depth: Option<u32>,
     /// What is proved, or why nothing is.
     pub why_proved: String,
+    /// What the scene asks for and is not compared.
+    pub left_out: LeftOut,
 }
 
 impl Choices {

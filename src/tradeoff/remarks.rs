@@ -1,4 +1,4 @@
-//! What numbers of a trade-off leave open: against what is proved, and why nothing is or less than was measured.
+//! What numbers of a trade-off leave open: what is not compared, against what is proved, and why nothing is or less than was measured.
 
 use super::choices::{Choice, Measurement, NO_ANTIALIASING};
 use crate::bound::GIVEN_UP;
@@ -7,10 +7,13 @@ use crate::scene::description::Precision;
 /// A sentence for each of them.
 pub(super) fn remarks(all: &[Choice], measured: &Measurement) -> Vec<String> {
     let all: Vec<&Choice> = all.iter().filter(|choice| choice.request_ms.is_some()).collect();
-    if all.iter().all(|choice| choice.proved_codes.is_none()) {
-        return if all.is_empty() { Vec::new() } else { vec![format!("Nothing is proved: {}.", measured.why_proved)] };
+    let mut said = measured.left_out.remarks();
+    if all.iter().any(|choice| choice.proved_codes.is_some()) {
+        said.extend([depth(measured), given_up(&all), beyond(&all)].into_iter().flatten());
+    } else if !all.is_empty() {
+        said.push(format!("Nothing is proved: {}.", measured.why_proved));
     }
-    [depth(measured), given_up(&all), beyond(&all)].into_iter().flatten().collect()
+    said
 }
 
 fn depth(measured: &Measurement) -> Option<String> {

@@ -1,5 +1,6 @@
 //! The settings that a trade-off compares, and the measurements of each.
 
+use super::left_out::LeftOut;
 use crate::metrics::Difference;
 use crate::scene::description::{DEFAULT_MAX_DEPTH, Precision};
 use crate::trace::counts::RayCounts;
@@ -114,11 +115,11 @@ const WEIGHTS: [f64; 7] = [0.1, 0.03, 1.0 / 255.0, 1e-3, 3e-4, 1e-4, 1e-5];
 const DOUBLE_WEIGHTS: [f64; 2] = [1e-2, 1e-5];
 const SAMPLES: [u32; 4] = [1, 4, 16, REFERENCE_SAMPLES];
 
-/// The points of a trade-off around the settings that a scene asks for, the cheap ones first. Proofs are held against recursion
-/// to `proved_depth`, none being without end.
+/// The points of a trade-off around the settings that a scene asks for, the cheap ones first; those themselves only if its mode is
+/// not left out. Proofs are held against recursion to `proved_depth`, none being without end.
 ///
 /// Recursion is swept with one sample in the middle of each pixel, since its error is that of the same samples.
-pub fn points(asked: Settings, proved_depth: Option<u32>) -> Vec<Point> {
+pub fn points(asked: Settings, left_out: LeftOut, proved_depth: Option<u32>) -> Vec<Point> {
     let fixed = asked.fixed();
     let base = Settings { samples: 1, antialias: false, precision: Precision::Single, ..fixed };
     let deep = base.deep();
@@ -128,7 +129,8 @@ pub fn points(asked: Settings, proved_depth: Option<u32>) -> Vec<Point> {
     let proved = |codes| base.proved(codes, proved_depth);
     let samples = |samples| Settings { samples, ..base };
     let smooth = |samples| Settings { samples, antialias: true, ..base };
-    let all = [(Sweep::AsAsked, asked)]
+    let all = (!left_out.has_mode())
+        .then_some((Sweep::AsAsked, asked))
         .into_iter()
         .chain(DEPTHS.map(|n| (Sweep::Depth, depth(n))))
         .chain(DOUBLE_DEPTHS.map(|n| (Sweep::Depth, double(depth(n)))))
@@ -266,7 +268,7 @@ mod tests {
                         antialias,
                         precision: Precision::Single,
                     };
-                    let points = points(asked, None);
+                    let points = points(asked, LeftOut::default(), None);
                     assert!(points.len() >= 24, "{asked}: {}", points.len());
                     assert!(points.iter().any(|p| p.settings == asked && p.sweeps.contains(&Sweep::AsAsked)));
                     for (i, point) in points.iter().enumerate() {
@@ -274,6 +276,25 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_mode_that_chooses_samples_is_no_point() {
+        let asked = Settings {
+            max_depth: None,
+            min_weight: 1e-3,
+            max_codes: Some(1),
+            samples: 7,
+            antialias: true,
+            precision: Precision::Single,
+        };
+        for (mode, is_point) in
+            [("proved:1", true), ("statistical:2", false), ("time:200", false), ("rays:1000", false)]
+        {
+            let points = points(asked, LeftOut::of(mode.parse().unwrap(), false), None);
+            assert!(points.len() >= 24, "{mode}: {}", points.len());
+            assert_eq!(points.iter().any(|point| point.sweeps.contains(&Sweep::AsAsked)), is_point, "{mode}");
         }
     }
 

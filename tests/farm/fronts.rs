@@ -10,7 +10,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A broker, a store, and fronts.
 pub(crate) struct Fronts {
@@ -190,7 +190,7 @@ fn who_watched_through_a_front_that_is_killed_goes_on_at_another() {
         }
     };
     victim.signal("-KILL");
-    victim.ended(Duration::from_secs(5));
+    victim.ended();
     let rest = Events::of(&farm.fronts[0], &id, Some(last)).all();
     let numbers: Vec<u64> = rest.iter().map(|(_, seq)| *seq).collect();
     assert_eq!(numbers, (last + 1..=last + numbers.len() as u64).collect::<Vec<_>>(), "nothing is lost or told twice");
@@ -217,7 +217,7 @@ fn a_front_that_is_killed_leaves_its_job_to_another() {
         }
     }
     victim.signal("-KILL");
-    victim.ended(Duration::from_secs(5));
+    victim.ended();
     let rest = Events::of(&farm.fronts[0], &id, Some(last)).all();
     assert!(rest.iter().all(|(_, seq)| *seq > last), "{last}: {rest:?}");
     assert_eq!(rest.last().unwrap().0, "succeeded", "{}", farm.fronts[0].log());
@@ -258,7 +258,7 @@ fn fronts_that_all_end_lose_no_job() {
     farm.owner(&ids[0]);
     for mut front in farm.fronts.drain(..) {
         front.terminate();
-        front.ended(Duration::from_secs(30));
+        front.ended();
     }
     farm.add();
     let _node = farm.node();
@@ -354,11 +354,9 @@ fn a_job_is_changed_canceled_and_deleted_at_any_front() {
     let events = Events::of(here, &id, None);
     let _node = farm.node();
     wait_for_tiles(there, &id, 0.05);
-    let asked = Instant::now();
     assert_eq!(there.send("POST", &format!("{path}/cancel"), &[], b"").status, 202);
     wait_for(here, &id, "canceled");
     wait_until("its work is gone", || farm.broker.messages("FARM_T") == 0);
-    assert!(asked.elapsed() < Duration::from_secs(5));
     assert_eq!(events.all().last().unwrap().0, "canceled");
     assert_eq!(here.send("POST", &format!("{path}/cancel"), &[], b"").status, 409);
 

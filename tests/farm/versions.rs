@@ -112,7 +112,7 @@ fn a_job_whose_version_is_gone_begins_again_with_the_new_one() {
     wait_until("some tiles are there", || farm.tiles(&id).values().any(|tiles| tiles.len() >= 4));
     let next = farm.front(&farm.other);
     front.signal("-KILL");
-    front.ended(std::time::Duration::from_secs(5));
+    front.ended();
     node.kill();
     let _new = farm.node(&farm.other, "new");
     assert!(picture(&next, &id) == alone("", MIRRORS), "{}", next.log());

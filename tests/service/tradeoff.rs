@@ -95,6 +95,37 @@ fn what_is_named_is_what_was_measured() {
     }
 }
 
+/// Each setting has the samples that its name says, also where the scene's own mode would choose them.
+#[test]
+fn modes_that_choose_samples_are_left_out_and_named() {
+    let folder = folder("left-out");
+    let size = ["--width", "60", "--height", "34", "--seconds", "10"];
+    for mode in ["statistical:2,0.9", "time:200", "rays:100000"] {
+        let (t, page) = tradeoff(&folder, "whitted/whitted.json", &[&size[..], &["--accuracy", mode]].concat());
+        let remarks = t["choices"]["remarks"].as_array().unwrap();
+        let said = format!("the scene's own mode, {mode},");
+        assert!(remarks.iter().any(|remark| remark.as_str().unwrap().contains(&said)), "{mode}: {remarks:?}");
+        assert!(page.contains(mode), "{mode}");
+        let [width, height] = [0, 1].map(|side| t["circumstances"]["size"][side].as_u64().unwrap());
+        let points = t["points"].as_array().unwrap().iter().filter(|point| point["rays"].is_object());
+        let plain: Vec<_> = points.filter(|point| point["settings"]["antialias"] == false).collect();
+        assert!(plain.len() > 10, "{mode}: {plain:?}");
+        for point in plain {
+            let samples = point["settings"]["samples"].as_u64().unwrap() * width * height;
+            // A proof may trace some of them once more.
+            let most = samples + if point["settings"]["max_codes"].is_null() { 0 } else { samples / 10 };
+            let camera = point["rays"]["camera"].as_u64().unwrap();
+            assert!((samples..=most).contains(&camera), "{mode}: {camera} of {samples}: {}", point["settings"]);
+        }
+        let is_asked = |point: &Value| point["sweeps"].as_array().unwrap().contains(&"as_asked".into());
+        assert!(!t["points"].as_array().unwrap().iter().any(is_asked), "{mode}");
+    }
+    // Pixels of a scene that names no samples choose their number.
+    let (t, _) = tradeoff(&folder, "effects/soft_shadows.json", &["--width", "48", "--height", "27", "--seconds", "3"]);
+    let remarks = t["choices"]["remarks"].to_string();
+    assert!(remarks.contains("each pixel chooses its number of samples"), "{remarks}");
+}
+
 #[test]
 fn a_page_says_what_is_proved_and_which_setting_is_the_default() {
     let folder = folder("said");

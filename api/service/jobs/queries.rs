@@ -13,7 +13,7 @@ use std::collections::HashSet;
 use std::ops::Bound;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use strahl::film::FileFormat;
 use tokio::sync::watch;
 
@@ -111,12 +111,13 @@ impl Jobs {
     /// Position of a waiting job among those of its tenant, from 1, and estimated milliseconds until it is done.
     pub(crate) fn place(&self, job: &Arc<Job>) -> Option<(usize, f64)> {
         let registry = locked(&self.registry);
-        let mine = rank(job);
+        let now = Instant::now();
+        let mine = rank(job, now);
         let tenant = job.record().tenant.clone();
         registry.queued.iter().find(|queued| Arc::ptr_eq(queued, job))?;
         let of_tenant = |other: &&Arc<Job>| other.record().tenant == tenant;
         let ahead: Vec<f64> =
-            registry.queued.iter().filter(of_tenant).filter(|other| rank(other) > mine).map(estimate).collect();
+            registry.queued.iter().filter(of_tenant).filter(|other| rank(other, now) > mine).map(estimate).collect();
         let running: f64 = registry.running().filter(of_tenant).map(remaining).sum();
         let mut tenants: Vec<String> = registry.running().map(|job| job.record().tenant.clone()).collect();
         tenants.push(tenant.clone());

@@ -10,6 +10,7 @@ use crate::service::pictures::render::PIXEL_BYTES;
 use crate::service::scheduler::task::aged;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
+use std::time::Instant;
 use tokio::sync::watch;
 
 /// Open jobs of one tenant: one renders while another encodes its picture.
@@ -217,17 +218,19 @@ impl Registry {
             has_place && (self.open.is_empty() || fits)
         };
         let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);
+        let now = Instant::now();
         let first = |(_, a): &(usize, &Arc<Job>), (_, b): &(usize, &Arc<Job>)| {
-            few(b).cmp(&few(a)).then_with(|| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal))
+            let ranked = || rank(a, now).partial_cmp(&rank(b, now)).unwrap_or(std::cmp::Ordering::Equal);
+            few(b).cmp(&few(a)).then_with(ranked)
         };
         self.queued.iter().enumerate().filter(may_open).max_by(first).map(|(at, _)| at)
     }
 }
 
 /// Order among the jobs of a tenant: the greatest rank is opened first.
-pub(super) fn rank(job: &Arc<Job>) -> (f64, std::cmp::Reverse<String>) {
+pub(super) fn rank(job: &Arc<Job>, now: Instant) -> (f64, std::cmp::Reverse<String>) {
     let record = job.record();
-    (aged(record.priority, job.since), std::cmp::Reverse(record.id.clone()))
+    (aged(record.priority, job.since, now), std::cmp::Reverse(record.id.clone()))
 }
 
 /// Memory of an open job in bytes: its scene, its pixels as floats and as codes, their bounds, and its file. Of a sequence one

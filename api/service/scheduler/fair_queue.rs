@@ -9,7 +9,7 @@
 use super::shares::Shares;
 use super::task::{Class, Task, aged};
 use std::collections::HashSet;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Renders of a tenant that take turns.
 const TAKING_TURNS: usize = 2;
@@ -77,7 +77,8 @@ impl<T> FairQueue<T> {
         let full = class == Class::Renders
             && self.shares.begun(class, &tenant) >= TAKING_TURNS
             && of_tenant.clone().any(|waiting| begun(&waiting));
-        let next = of_tenant.filter(|waiting| !full || begun(waiting)).max_by(|(_, a), (_, b)| a.rank(b))?.0;
+        let now = Instant::now();
+        let next = of_tenant.filter(|waiting| !full || begun(waiting)).max_by(|(_, a), (_, b)| a.rank(b, now))?.0;
         let next = self.waiting.swap_remove(next);
         if self.begun.insert(next.id) {
             self.shares.begin(class, &tenant);
@@ -111,8 +112,8 @@ impl<T> FairQueue<T> {
 
 impl<T> Waiting<T> {
     /// Greater goes first; both are of the same tenant and lane.
-    fn rank(&self, other: &Self) -> std::cmp::Ordering {
-        let aged = |waiting: &Self| aged(waiting.task.priority(), waiting.task.waiting_since);
+    fn rank(&self, other: &Self, now: Instant) -> std::cmp::Ordering {
+        let aged = |waiting: &Self| aged(waiting.task.priority(), waiting.task.waiting_since, now);
         match self.task.class {
             Class::Tiles => self.task.priority().cmp(&other.task.priority()).then(self.id.cmp(&other.id)),
             Class::Renders => self.task.priority().cmp(&other.task.priority()).then(other.place.cmp(&self.place)),
@@ -194,6 +195,13 @@ mod tests {
         assert_eq!(order_of(tasks, 2), ["first", "second", "first", "third", "second", "third"]);
         let tile = |name| (task(Class::Tiles, "a"), name);
         assert_eq!(order_of(vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
+    }
+
+    #[test]
+    fn jobs_of_one_age_go_in_the_order_in_which_they_came() {
+        let job = task(Class::Jobs, "a");
+        let tasks = ["first", "second", "third"].map(|name| (job.clone(), name));
+        assert_eq!(order_of(tasks.into(), 2), ["first", "first", "second", "second", "third", "third"]);
     }
 
     #[test]

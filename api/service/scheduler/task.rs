@@ -59,7 +59,8 @@ impl Task {
     }
 }
 
-/// A priority that grows with the time since some instant.
-pub(crate) fn aged(priority: u8, since: Instant) -> f64 {
-    f64::from(priority) + since.elapsed().as_secs_f64() / SECONDS_A_POINT
+/// A priority that has grown from some instant until `now`. What is compared needs the same `now`: with the clock read once more the
+/// second seems older.
+pub(crate) fn aged(priority: u8, since: Instant, now: Instant) -> f64 {
+    f64::from(priority) + now.saturating_duration_since(since).as_secs_f64() / SECONDS_A_POINT
 }

@@ -280,9 +280,12 @@ mod tests {
         thread::sleep(2 * SLICE);
         // Nobody waits.
         assert_eq!(long.control.unnoticed(), Duration::ZERO);
-        let others = short.wait_here(None).unwrap();
-        assert!(long.control.unnoticed() > Duration::ZERO);
-        drop(others);
+        // One of these slices is not over before one looks.
+        let is_paused = |_| {
+            let _others = short.wait_here(None).unwrap();
+            long.control.unnoticed() > Duration::ZERO
+        };
+        assert!((0..10).any(is_paused));
         assert_eq!(long.control.unnoticed(), Duration::ZERO);
         assert!(scheduler.is_taken());
         drop(slices);

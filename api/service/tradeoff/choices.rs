@@ -60,6 +60,7 @@ pub(super) fn measure(stage: &mut Stage<'_>, asked: Settings, load_ms: f64) -> R
         reference: level.references.as_ref().map(|references| references.report()),
         proved_depth: stage.proved_depth(),
         why_proved: stage.why().to_owned(),
+        left_out: stage.left_out,
     };
     Ok(Choices::among(choices, measured))
 }

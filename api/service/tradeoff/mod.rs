@@ -85,7 +85,7 @@ pub(crate) fn measure(
     let choices = choices::measure(&mut stage, asked, load_ms)?;
 
     stage.go_on("points", seconds - stage.elapsed());
-    let mut points = points(asked, stage.proved_depth());
+    let mut points = points(asked, stage.left_out, stage.proved_depth());
     let settings: Vec<Settings> = points.iter().map(|point| point.settings).collect();
     let part = Part {
         asked,

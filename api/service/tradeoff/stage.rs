@@ -13,6 +13,7 @@ use strahl::render::{Cancelled, Control, Picture, render};
 use strahl::scene::compile::{CompileOptions, compile_from};
 use strahl::scene::description::{Accuracy, Camera, Fixed, Precision, Proved};
 use strahl::scene::{Files, Loaded, Scene};
+use strahl::tradeoff::LeftOut;
 use strahl::tradeoff::sweep::Settings;
 
 /// The scene in both precisions, and the time limit.
@@ -22,6 +23,8 @@ pub(super) struct Stage<'a> {
     camera: Camera,
     /// What proofs are held against in each precision, where the scene names a depth.
     held: Option<[Ceiling; 2]>,
+    /// What the scene asks for and is not compared.
+    pub(super) left_out: LeftOut,
     /// When all of it began.
     began: Instant,
     /// When this part of it began, and the seconds that it may take.
@@ -47,7 +50,7 @@ impl<'a> Stage<'a> {
     ) -> Result<(Self, Settings), Stopped> {
         let Loaded { mut description, scene, nff, .. } = loaded;
         let render = description.render;
-        let Scene { samples, antialias, .. } = scene;
+        let Scene { samples, antialias, adaptive, .. } = scene;
         // The effects of a scene are decided when it is built. With depth 1 it would have none of those of secondary rays.
         let shallow = render.max_depth == Some(1);
         description.render.max_depth = Some(render.fixed_depth().max(2));
@@ -72,9 +75,11 @@ impl<'a> Stage<'a> {
         description.render.accuracy = Some(Accuracy::Proved(Proved { max_codes: 1 }));
         let held = render.max_depth.map(|_| [&single, &double].map(|scene| scene.ceiling_with(&description.whole())));
         let camera = description.camera;
+        let left_out = LeftOut::of(render.accuracy(), adaptive);
         let part = "choices";
+        let began = started;
         let stage =
-            Self { single, double, camera, held, began: started, started, seconds, workers, control, part, watch };
+            Self { single, double, camera, held, left_out, began, started, seconds, workers, control, part, watch };
         let is_fixed = matches!(render.accuracy(), Accuracy::Fixed(_));
         let asked = Settings {
             max_depth: if is_fixed { Some(render.fixed_depth()) } else { stage.proved_depth() },
@@ -152,7 +157,8 @@ impl<'a> Stage<'a> {
             Some(codes) => scene.set_proved(codes),
             None => scene.set_recursion(max_depth.unwrap_or(u32::MAX), min_weight),
         }
-        (scene.samples, scene.antialias, scene.adaptive) = (samples, antialias, false);
+        // Each setting has the samples that it names, whatever the scene would choose.
+        (scene.samples, scene.antialias, scene.adaptive, scene.statistical) = (samples, antialias, false, None);
         let whole = Region::whole(scene.width, scene.height);
         let deadline = Instant::now() + Duration::from_secs_f64(left.max(0.0));
         let in_time = Control::until(deadline);

@@ -56,7 +56,7 @@ test("a job outlives the service", async (about) => {
   await following;
   assert.equal(seen.at(-1).state, "succeeded");
   assert(seen.every(({ fraction }, i) => !i || fraction >= seen[i - 1].fraction));
-  await job.wait({ timeout: 30 });
+  await job.wait({ timeout: 120 });
   assert(job.view.stats.tiles_recovered >= 1);
 });
 
@@ -68,7 +68,7 @@ test("keys", async (about) => {
   about.after(() => service.stop());
   const client = new Client(service.url, { key: all });
   const job = await client.jobs.submit(SCENE);
-  await job.wait({ timeout: 30 });
+  await job.wait({ timeout: 120 });
   const { prefix } = await client.capability({ job_id: job.id, ttl: 60 });
   assert.equal((await (await fetch(`${service.url}${prefix}/v1/jobs/${job.id}`)).json()).state, "succeeded");
   for (const wrong of [undefined, "rk_wrong", "x".repeat(5_000)]) {

@@ -125,13 +125,18 @@ def test_events_of_all_jobs(client):
 
     following = threading.Thread(target=follow)
     following.start()
-    time.sleep(0.5)
+    # Once it tells of one of these, the stream is open.
+    first = []
+    while not names and len(first) < 600:
+        first.append(client.jobs.submit(SCENE, labels=["watched"], width=76).id)
+        time.sleep(0.1)
     job = client.jobs.submit(SCENE, labels=["watched"], width=77)
-    client.jobs.submit(SCENE, width=78)
-    job.wait(timeout=30)
+    other = client.jobs.submit(SCENE, width=78)
+    job.wait(timeout=120)
     job.delete()
-    following.join(20)
-    assert {name for name, _ in names} >= {"created", "succeeded", "removed"} and {of for _, of in names} == {job.id}
+    following.join(120)
+    assert {name for name, of in names if of == job.id} >= {"created", "succeeded", "removed"}
+    assert {of for _, of in names} <= {job.id, *first} and other.id not in first
 
 
 def test_mistakes_have_pointers_lines_and_columns(client):
@@ -188,12 +193,14 @@ def test_jobs_that_end_otherwise(client):
     with pytest.raises(TimeoutError):
         job.wait(timeout=0.5)
     told = []
-    with pytest.raises(TimeoutError):
-        job.wait(timeout=1.5, on_progress=told.append)
+    for _ in range(40):
+        if not told:
+            with pytest.raises(TimeoutError):
+                job.wait(timeout=1.5, on_progress=told.append)
     assert told and told[-1].state in {"queued", "running"}
     job.cancel()
     with pytest.raises(strahl.JobFailed, match="canceled"):
-        job.wait(timeout=20)
+        job.wait(timeout=120)
     assert [event.name for event in job.events()][-1] == "canceled"
     same = [client.jobs.submit(SCENE, idempotency_key="one and the same").id for _ in range(2)]
     assert same[0] == same[1]
@@ -219,6 +226,5 @@ def test_the_readme_does_what_it_says(service, tmp_path, monkeypatch, capsys):
 def test_jobs_are_listed_over_pages(client):
     for number in range(60):
         client.jobs.submit(SCENE, labels=["many"], max_depth=number % 3 + 1)
-    started = time.monotonic()
     listed = [job.id for job in client.jobs.list(label="many")]
-    assert len(set(listed)) == 60, time.monotonic() - started
+    assert len(set(listed)) == 60

@@ -25,7 +25,7 @@ def keys_of(of):
 def test_answers_have_the_keys_of_their_types(service):
     client = Client(service.url)
     job = client.jobs.submit(SCENE)
-    job.wait(timeout=30)
+    job.wait(timeout=120)
     plan = client.analyze(SCENE)
     for answer, of in [
         (job.view, contract.JobView), (job.view["progress"], contract.JobProgress), (job.view["report"], contract.CostReport),

@@ -66,10 +66,10 @@ def test_a_job_outlives_the_service(tmp_path):
     time.sleep(0.5)
     service = Service("--data", tmp_path / "data", port=service.port)
     try:
-        following.join(60)
+        following.join(120)
         assert not following.is_alive() and seen[-1].state == "succeeded"
         assert [one.fraction for one in seen] == sorted(one.fraction for one in seen)
-        assert job.wait(timeout=30).numpy().shape == (240, 320, 3)
+        assert job.wait(timeout=120).numpy().shape == (240, 320, 3)
         assert job.view["stats"]["tiles_recovered"] >= 1
     finally:
         service.stop()
@@ -90,7 +90,7 @@ def test_keys(tmp_path):
         with Client(service.url, key=key) as client:
             job = client.jobs.submit(SCENE)
             prefix = client.capability(job_id=job.id, ttl=60)["prefix"]
-            job.wait(timeout=30)
+            job.wait(timeout=120)
             assert httpx.get(f"{service.url}{prefix}/v1/jobs/{job.id}").json()["state"] == "succeeded"
         for wrong in (None, "rk_wrong", "x" * 5_000):
             with pytest.raises(strahl.Unauthorized):

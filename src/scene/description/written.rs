@@ -1,6 +1,7 @@
 //! Settings as flags and queries write them: `proved:1`.
 
 use super::{Accuracy, Fixed, Proved, Rays, Statistical, Time};
+use std::fmt;
 use std::str::FromStr;
 
 impl Accuracy {
@@ -37,6 +38,21 @@ impl FromStr for Accuracy {
     }
 }
 
+/// As it is read.
+impl fmt::Display for Accuracy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fixed(_) => f.write_str("fixed"),
+            Self::Proved(Proved { max_codes }) => write!(f, "proved:{max_codes}"),
+            Self::Time(Time { ms }) => write!(f, "time:{ms}"),
+            Self::Rays(Rays { count }) => write!(f, "rays:{count}"),
+            Self::Statistical(Statistical { half_width, confidence }) => {
+                write!(f, "statistical:{half_width},{confidence}")
+            }
+        }
+    }
+}
+
 /// Half width and confidence: `1` or `1,0.99`.
 fn statistical(parameters: &str) -> Option<Accuracy> {
     let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
@@ -61,6 +77,7 @@ mod tests {
             ("statistical:1,0.99", Accuracy::Statistical(Statistical { half_width: 1.0, confidence: 0.99 })),
         ] {
             assert_eq!(text.parse(), Ok(accuracy), "{text}");
+            assert_eq!(accuracy.to_string().parse(), Ok(accuracy), "{accuracy}");
         }
         for wrong in ["", "fixed:1", "proved:3", "time:0", "time:inf", "rays:0", "rays:1e3", "statistical", "exact"] {
             assert!(wrong.parse::<Accuracy>().is_err(), "{wrong}");

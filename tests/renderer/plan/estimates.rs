@@ -2,7 +2,7 @@
 
 use crate::common::{load_scene, read, scene_names};
 use serde_json::{Value, json};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Expected, Pilot};
@@ -94,9 +94,7 @@ fn a_pilot_that_cannot_finish_a_block_says_at_least_what() {
     let mut loaded = load(&text, Format::Json, &Overrides::default()).unwrap();
     let mut plan = Plan::new(&mut loaded.description, &loaded.scene);
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
-    let started = Instant::now();
     plan.estimate(&loaded.scene, region, &Control::default(), Effort::QUICK).unwrap();
-    assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
     let estimate = plan.estimate.unwrap();
     assert!(estimate.at_least && estimate.ms > 1e4 && estimate.rays > 1_000_000, "{estimate:?}");
 }

@@ -129,8 +129,8 @@ fn check(text: &[u8], format: Format) {
             }
         }
     }
-    // A hang would be minutes; a loaded machine may take a second.
-    assert!(start.elapsed() < Duration::from_secs(20), "{}", show());
+    // A hang would be minutes; a loaded machine may take seconds.
+    assert!(start.elapsed() < Duration::from_secs(60), "{}", show());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Who may do what: keys, scopes, quotas, capabilities, pages of other origins, and who is not let in at all.
 
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, NO_TIMEOUT, PATIENCE, Service, request};
 use crate::common::{BALL, SLOW};
 use serde_json::json;
 use std::io::Write;
@@ -83,7 +83,7 @@ fn keys_come_and_go_without_a_restart() {
     std::fs::write(&file.0, "").unwrap();
     let started = Instant::now();
     while post(&service, "/v1/render", &first, BALL).status != 401 {
-        assert!(started.elapsed() < Duration::from_secs(5), "a key that was taken away still opens");
+        assert!(started.elapsed() < PATIENCE, "a key that was taken away still opens");
     }
     service.wait_for_log("there are no keys any more");
 }
@@ -173,11 +173,11 @@ fn render_and_leave(service: &Service, key: &str, path: &str) {
 fn rays_of_renders_that_were_left_are_charged() {
     let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 60\n");
     let key = file.key("hasty", "render");
-    let service = file.serve(&[]);
+    let service = file.serve(&NO_TIMEOUT);
     let started = Instant::now();
     // A unit comes back each second, and each round takes two.
     while units_left(&service, &key) > 20 {
-        assert!(started.elapsed() < Duration::from_secs(60), "{} units are left", units_left(&service, &key));
+        assert!(started.elapsed() < PATIENCE, "{} units are left", units_left(&service, &key));
         render_and_leave(&service, &key, "/v1/render");
         service.wait_for(0, 0);
     }

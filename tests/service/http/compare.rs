@@ -1,6 +1,6 @@
 //! Comparing pictures.
 
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, NO_TIMEOUT, Service};
 use crate::common::{BALL, SLOW};
 use serde_json::{Value, json};
 
@@ -88,7 +88,7 @@ fn what_cannot_be_compared_is_refused() {
 
 #[test]
 fn a_client_that_goes_away_stops_its_comparison() {
-    let service = Service::start(&[]);
+    let service = Service::start(&NO_TIMEOUT);
     let slow: Value = serde_json::from_str(SLOW).unwrap();
     let client = service.begin("/v1/compare", &json!({ "a": { "scene": slow }, "b": { "scene": slow } }).to_string());
     service.wait_for(1, 0);

@@ -1,6 +1,6 @@
 //! Crowds: clients that come and go, and clients that never finish their requests. Afterwards nothing is left of them.
 
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, PATIENCE, Service, request};
 use crate::common::{BALL, SLOW};
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -33,7 +33,7 @@ impl Holdings {
 fn until(what: &str, mut condition: impl FnMut() -> bool) {
     let started = Instant::now();
     while !condition() {
-        assert!(started.elapsed() < Duration::from_secs(30), "{what}");
+        assert!(started.elapsed() < PATIENCE, "{what}");
         thread::sleep(Duration::from_millis(10));
     }
 }
@@ -77,34 +77,23 @@ fn a_thousand_clients_that_leave_leave_nothing_behind() {
     let before = Holdings::of(&service);
 
     let flooding = AtomicBool::new(true);
-    let slowest = thread::scope(|scope| {
-        let probing = scope.spawn(|| {
-            let mut times = Vec::new();
+    thread::scope(|scope| {
+        scope.spawn(|| {
             while flooding.load(Ordering::Relaxed) {
-                // Where the system's queue of new connections is full, it asks again after a second, which is not the service's.
-                let mut probe = service.connect();
-                let asked = Instant::now();
-                probe.write_all(&request("GET", "/livez", &[], b"")).unwrap();
-                assert_eq!(Answer::read(probe).status, 200);
-                times.push(asked.elapsed());
+                assert_eq!(service.get("/livez").status, 200);
                 thread::sleep(Duration::from_millis(5));
             }
-            times.sort();
-            times[times.len() * 9 / 10]
         });
         let crowd: Vec<_> = (0..10).map(|_| scope.spawn(|| come_and_go(&service, 100))).collect();
         crowd.into_iter().for_each(|part| part.join().unwrap());
         flooding.store(false, Ordering::Relaxed);
-        probing.join().unwrap()
     });
-    // Other tests share the machine: nine of ten probes are far below what would be a service that hangs.
-    assert!(slowest < Duration::from_millis(500), "{slowest:?}");
 
     until("work goes on that nobody waits for", || is_idle(&service));
     until("files stay open", || Holdings::of(&service).files <= before.files + 1);
     until("threads stay", || Holdings::of(&service).threads <= before.threads);
     let after = Holdings::of(&service);
-    println!("1,000 clients: {before:?} became {after:?}, nine of ten probes within {slowest:?}");
+    println!("1,000 clients: {before:?} became {after:?}");
     assert!(after.memory < before.memory + (32 << 20), "{before:?} became {after:?}");
     service.post_json("/v1/render", BALL).picture();
     assert!(!service.log().contains("ERROR") && !service.log().contains("panicked"), "{}", service.log());
@@ -149,7 +138,7 @@ fn clients_that_never_finish_their_bodies_are_answered_and_keep_no_memory() {
 
 #[test]
 fn idle_connections_keep_nobody_out() {
-    let service = Service::start(&["--max-connections", "40", "--header-timeout", "60"]);
+    let service = Service::start(&["--max-connections", "40", "--header-timeout", "600"]);
     let headers = [("Content-Type", "application/json")];
     let mut busy = service.connect();
     let whole = request("POST", "/v1/render", &headers, BALL.as_bytes());
@@ -161,9 +150,7 @@ fn idle_connections_keep_nobody_out() {
         // It may have given way to the next one already.
         let _ = stream.write_all(b"POST /v1/render HTTP/1.1\r\n");
     }
-    let asked = Instant::now();
     service.post_json("/v1/render", BALL).picture();
-    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
     assert!(Holdings::of(&service).files < 40 + 60, "{:?}", Holdings::of(&service));
     busy.write_all(&whole[whole.len() - 10..]).unwrap();
     Answer::read(busy).picture();
@@ -194,15 +181,12 @@ fn an_address_has_its_share_of_connections() {
 /// The system takes no more of each answer than the network does.
 #[test]
 fn clients_that_do_not_read_large_answers_keep_nobody_waiting() {
-    let service = Service::start(&[]);
+    let service = Service::start(&["--write-timeout", "600"]);
     let large = service.post_json("/v1/render?format=pfm&width=1600&height=1000&antialias=false", BALL);
     let place = large.header("content-location").to_owned();
     let mut crowd: Vec<TcpStream> = (0..300).map(|_| service.connect()).collect();
     for stream in &mut crowd {
         stream.write_all(&request("GET", &place, &[], b"")).unwrap();
     }
-    let asked = Instant::now();
     service.post_json("/v1/render", BALL).picture();
-    println!("a small render beside 300 large answers that nobody reads: {:?}", asked.elapsed());
-    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
 }

@@ -3,7 +3,7 @@
 use super::access::{KeyFile, keyed};
 use super::jobs::{LONG, body, mirrors, submit, succeeded, with};
 use crate::common::BALL;
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, PATIENCE, Service};
 use serde_json::Value;
 use std::time::{Duration, Instant};
 
@@ -122,7 +122,7 @@ fn jobs_are_charged_as_renders_are_also_by_the_process_that_ends_them() {
     let job = |service: &Service| keyed(service, &key, "GET", &place, "");
     let started = Instant::now();
     while job(&service).json()["progress"]["tiles_done"].as_u64() < Some(2) {
-        assert!(started.elapsed() < Duration::from_secs(30));
+        assert!(started.elapsed() < PATIENCE);
         // Looking costs a unit each time.
         std::thread::sleep(Duration::from_millis(300));
     }

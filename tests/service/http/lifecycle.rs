@@ -1,25 +1,18 @@
 //! Clients that go away, probes under load, and the end of the service.
 
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 #[test]
-fn a_client_that_goes_away_frees_the_pool_within_100_ms() {
-    let service = Service::start(&[]);
-    // Noise on the machine only ever adds time, so the best of three counts.
-    let fastest = (0..3)
-        .map(|_| {
-            let client = service.begin("/v1/render", SLOW);
-            service.wait_for(1, 0);
-            drop(client);
-            service.wait_for(0, 0)
-        })
-        .min();
-    assert!(fastest < Some(Duration::from_millis(100)), "{fastest:?}");
+fn a_client_that_goes_away_frees_the_pool() {
+    let service = Service::start(&NO_TIMEOUT);
+    let client = service.begin("/v1/render", SLOW);
+    service.wait_for(1, 0);
+    drop(client);
+    service.wait_for(0, 0);
     service.wait_for_log("the client went away");
     assert!(!service.log().contains("ERROR"), "{}", service.log());
 }
@@ -48,19 +41,14 @@ fn a_client_that_sends_no_more_gets_its_answer() {
 }
 
 #[test]
-fn probes_are_quick_under_full_load() {
-    let service = Service::start(&[]);
+fn probes_do_not_wait_for_requests() {
+    let service = Service::start(&NO_TIMEOUT);
     let _busy: Vec<_> = (0..4).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
     service.wait_for_all(4);
-    let mut times: Vec<_> = (0..50)
-        .map(|_| {
-            let asked = Instant::now();
-            assert_eq!(service.get("/livez").status, 200);
-            asked.elapsed()
-        })
-        .collect();
-    times.sort();
-    assert!(times[25] < Duration::from_millis(50), "{:?}", times[25]);
+    for _ in 0..50 {
+        assert_eq!(service.get("/livez").status, 200);
+    }
+    service.wait_for_all(4);
 }
 
 #[test]
@@ -82,36 +70,36 @@ fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
     assert!(!refused.header("retry-after").is_empty());
     assert_eq!(service.get("/livez").status, 200);
     Answer::read(client).picture();
-    assert!(service.ended(Duration::from_secs(5)).success());
+    assert!(service.ended().success());
 }
 
 #[test]
 fn draining_ends_even_if_a_render_does_not() {
-    let mut service = Service::start(&["--drain-timeout", "0.3"]);
+    let mut service = Service::start(&[&NO_TIMEOUT[..], &["--drain-timeout", "0.3"]].concat());
     let _client = service.begin("/v1/render", SLOW);
     service.wait_for(1, 0);
     service.terminate();
-    assert!(service.ended(Duration::from_secs(6)).success());
+    assert!(service.ended().success());
 }
 
 #[test]
 fn clients_that_are_still_sending_do_not_delay_the_end() {
-    let mut service = Service::start(&["--drain-timeout", "60"]);
+    let mut service = Service::start(&["--drain-timeout", "600", "--body-timeout", "600"]);
     let whole = request("POST", "/v1/render", &[("Content-Type", "application/json")], BALL.as_bytes());
     let mut client = service.connect();
     client.write_all(&whole[..whole.len() - 10]).unwrap();
     service.get("/livez");
     service.terminate();
     Answer::read(client).problem(503, "draining");
-    assert!(service.ended(Duration::from_secs(5)).success());
+    assert!(service.ended().success());
 }
 
 #[test]
-fn an_idle_service_stops_at_once() {
-    let mut service = Service::start(&[]);
+fn an_idle_service_does_not_wait_for_connections() {
+    let mut service = Service::start(&["--drain-timeout", "600", "--header-timeout", "600"]);
     let _idle = service.connect();
     service.terminate();
-    assert!(service.ended(Duration::from_secs(4)).success());
+    assert!(service.ended().success());
 }
 
 #[test]
@@ -125,7 +113,7 @@ fn the_healthcheck_command_knows_alive_from_dead() {
     assert_eq!(check("/livez"), Some(0));
     assert_eq!(check("/nothing"), Some(1));
     service.terminate();
-    service.ended(Duration::from_secs(4));
+    service.ended();
     let url = format!("http://{}/livez", service.address);
     let dead = Command::new(env!("CARGO_BIN_EXE_strahl")).args(["healthcheck", "--url", &url]).output().unwrap();
     assert_eq!(dead.status.code(), Some(1));

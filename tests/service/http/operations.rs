@@ -2,7 +2,7 @@
 
 use super::access::KeyFile;
 use super::jobs::submit;
-use crate::common::service::{Answer, Service, address_in};
+use crate::common::service::{Answer, NO_TIMEOUT, PATIENCE, Service, address_in};
 use crate::common::{BALL, SLOW};
 use std::io::Write;
 use std::net::{SocketAddr, TcpStream};
@@ -60,7 +60,7 @@ fn operators_are_answered_on_their_own_listener_until_the_end() {
     }
     assert_eq!(get(admin, "/livez").status, 200);
     Answer::read(client).picture();
-    assert!(service.ended(Duration::from_secs(5)).success());
+    assert!(service.ended().success());
 }
 
 #[test]
@@ -139,7 +139,7 @@ pub(super) fn metrics_with(admin: SocketAddr, lines: &[&str]) -> String {
     loop {
         let text = get(admin, "/metrics").text();
         let Some(missing) = lines.iter().find(|line| !text.lines().any(|found| found == **line)) else { return text };
-        assert!(started.elapsed() < Duration::from_secs(20), "{missing} in\n{text}");
+        assert!(started.elapsed() < PATIENCE, "{missing} in\n{text}");
         thread::sleep(Duration::from_millis(10));
     }
 }
@@ -198,7 +198,7 @@ fn numbers_say_what_waits_what_runs_and_what_is_kept() {
     };
     let started = Instant::now();
     while !matches!(of_tiles(), [running, waiting] if running >= 1.0 && running + waiting == 3.0) {
-        assert!(started.elapsed() < Duration::from_secs(20), "of three tiles run and wait {:?}", of_tiles());
+        assert!(started.elapsed() < PATIENCE, "of three tiles run and wait {:?}", of_tiles());
     }
     assert!(number(&text, "strahl_threads") > 0.0, "{text}");
     metrics_with(admin, &[&format!("strahl_threads_busy {}", number(&text, "strahl_threads"))]);
@@ -241,27 +241,20 @@ fn the_health_check_is_answered_however_many_clients_there_are() {
     drop(crowd);
     let started = Instant::now();
     while !check("STRAHL_LISTEN", service.address) {
-        assert!(started.elapsed() < Duration::from_secs(20), "the crowd has gone, and its connections have not");
+        assert!(started.elapsed() < PATIENCE, "the crowd has gone, and its connections have not");
     }
 }
 
-/// T6: whoever probes never waits for renders. The bound is generous, since other tests share the machine; the worst of
-/// 200 that is not an outlier counts.
+/// T6: whoever probes never waits for renders: all of them are still under way afterwards.
 #[test]
 fn probes_do_not_wait_for_renders() {
-    let (service, admin) = with_admin(&[]);
+    let (service, admin) = with_admin(&NO_TIMEOUT);
     let _busy: Vec<_> = (0..8).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
     service.wait_for_all(8);
-    let mut times: Vec<_> = (0..200)
-        .map(|_| {
-            let asked = Instant::now();
-            assert_eq!(get(admin, "/livez").status, 200);
-            asked.elapsed()
-        })
-        .collect();
-    times.sort();
-    println!("/livez beside 8 renders: median {:?}, p99 {:?}", times[100], times[197]);
-    assert!(times[190] < Duration::from_millis(250), "{:?}", times[190]);
+    for _ in 0..200 {
+        assert_eq!(get(admin, "/livez").status, 200);
+    }
+    service.wait_for_all(8);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::access::{KeyFile, keyed};
 use super::jobs::body;
 use crate::common::BALL;
-use crate::common::service::Service;
+use crate::common::service::{PATIENCE, Service};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -165,7 +165,7 @@ fn ended_jobs_of_a_tenant_are_limited() {
     let count = |key: &str| keyed(&service, key, "GET", "/v1/jobs", "").json()["jobs"].as_array().map_or(0, Vec::len);
     let started = Instant::now();
     while count(&bolt) > 5 {
-        assert!(started.elapsed() < Duration::from_secs(20), "{} jobs are kept", count(&bolt));
+        assert!(started.elapsed() < PATIENCE, "{} jobs are kept", count(&bolt));
         thread::sleep(Duration::from_millis(20));
     }
     let status = |path: &str| keyed(&service, &bolt, "GET", path, "").status;

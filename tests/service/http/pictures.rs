@@ -1,11 +1,11 @@
 //! Names of scenes and pictures, conditional requests, caches, work that is shared.
 
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// An empty folder of this test's own.
 fn folder(name: &str) -> PathBuf {
@@ -184,7 +184,7 @@ fn kept_pictures_stay_within_their_bytes_and_are_made_again() {
 
 #[test]
 fn the_same_work_is_done_once_and_given_up_with_the_last_who_waits() {
-    let service = Service::start(&[]);
+    let service = Service::start(&NO_TIMEOUT);
     let mut waiting: Vec<_> = (0..4).map(|_| service.begin("/v1/render", SLOW)).collect();
     service.wait_for(1, 0);
     thread::sleep(Duration::from_millis(200));
@@ -193,10 +193,8 @@ fn the_same_work_is_done_once_and_given_up_with_the_last_who_waits() {
     drop(waiting);
     thread::sleep(Duration::from_millis(200));
     service.wait_for(1, 0);
-    let gone = Instant::now();
     drop(last);
     service.wait_for(0, 0);
-    assert!(gone.elapsed() < Duration::from_secs(1), "{:?}", gone.elapsed());
 
     // Those who stay get the same picture from one render.
     let scene = BALL.replace(r#""width": 48, "height": 32"#, r#""width": 900, "height": 600"#);

@@ -1,12 +1,12 @@
 //! Requests that are wrong, hostile or too much: each is refused early, with the reason and the limit's name.
 
 use super::jobs::submit;
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use std::io::{Read, Write};
-use std::time::{Duration, Instant};
+use std::io::{ErrorKind, Read, Write};
+use std::time::Duration;
 
 #[test]
 fn every_mistake_has_its_problem() {
@@ -245,13 +245,14 @@ fn changes_have_to_arrive_in_time_and_are_small() {
 #[test]
 fn slow_clients_are_cut_off() {
     let service = Service::start(&["--header-timeout", "0.3", "--body-timeout", "0.3"]);
-    let started = Instant::now();
     let mut idle = service.connect();
     let mut half = service.connect();
     half.write_all(b"GET /livez HTTP/1.1\r\nHo").unwrap();
     for stream in [&mut idle, &mut half] {
         let mut rest = Vec::new();
-        let _ = stream.read_to_end(&mut rest);
+        let read = stream.read_to_end(&mut rest);
+        // The service ends the connection, by an end or a reset.
+        assert!(!read.is_err_and(|error| matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)));
         assert!(!rest.starts_with(b"HTTP/1.1 200"));
     }
     let mut body = service.connect();
@@ -259,7 +260,6 @@ fn slow_clients_are_cut_off() {
     body.write_all(&whole[..whole.len() - 10]).unwrap();
     let problem = Answer::read(body).problem(408, "body-timeout");
     assert!(problem["detail"].as_str().unwrap().contains("body_timeout"), "{problem}");
-    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn a_client_that_does_not_read_is_cut_off() {
     let mut stream = service.begin("/v1/render?width=2048&height=2048&samples=1&max_depth=1&format=pfm", SLOW);
     service.wait_for(1, 0);
     service.wait_for(0, 0);
-    std::thread::sleep(Duration::from_secs(1));
+    std::thread::sleep(Duration::from_secs(3));
     let mut got = Vec::new();
     let _ = stream.read_to_end(&mut got);
     assert!(got.len() < 2048 * 2048 * 12, "all {} bytes came", got.len());
@@ -297,15 +297,15 @@ fn endless_headers_are_refused() {
 
 #[test]
 fn a_full_queue_says_when_to_come_back() {
-    let service = Service::start(&["--queue", "1"]);
-    // Two jobs run (one renders while the other would encode), one waits. The same picture would be rendered once.
+    let service = Service::start(&[&NO_TIMEOUT[..], &["--queue", "1"]].concat());
+    // Two take turns (one renders while the other would encode), one waits. The same picture would be rendered once.
     let busy: Vec<_> = (0..3).map(|i| service.begin(&format!("/v1/render?max_depth={}", 900 + i), SLOW)).collect();
-    service.wait_for(2, 1);
-    let started = Instant::now();
+    service.wait_for_all(3);
     let answer = service.post_json("/v1/render", BALL);
     answer.problem(503, "saturated");
     assert!(answer.header("retry-after").parse::<u32>().is_ok_and(|s| (1..=120).contains(&s)));
-    assert!(started.elapsed() < Duration::from_secs(1), "{:?}", started.elapsed());
+    // It was refused at once: it has not waited for any of them.
+    service.wait_for_all(3);
     assert_eq!(service.get("/livez").status, 200);
     assert_eq!(service.get("/readyz").status, 200, "busy is not the same as not ready");
     drop(busy);

@@ -3,7 +3,7 @@
 use super::job_events::Events;
 use super::jobs::{body, ended, job, mirrors, submit, succeeded, text, until, with};
 use crate::common::BALL;
-use crate::common::service::{Answer, Service};
+use crate::common::service::{Answer, PATIENCE, Service};
 use image::codecs::png::PngDecoder;
 use image::codecs::webp::WebPDecoder;
 use image::{AnimationDecoder, GenericImageView, RgbaImage};
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use std::io::Cursor;
 use std::path::Path;
 use std::process::Command;
+use std::time::Instant;
 
 /// The ball, seen from a quarter of the way around it.
 const QUARTERS: [[f64; 3]; 4] = [[0.0, 1.0, 5.0], [5.0, 1.0, 0.0], [0.0, 1.0, -5.0], [-5.0, 1.0, 0.0]];
@@ -177,7 +178,7 @@ fn files_in(folder: &Path) -> usize {
 fn canceled_and_old_sequences_leave_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().to_str().unwrap();
-    let service = Service::start(&["--data", data, "--keep-pictures", "1", "--keep-records", "2"]);
+    let service = Service::start(&["--data", data, "--keep-pictures", "1", "--keep-records", "6"]);
     let long = r#""settings": { "width": 128, "height": 128, "samples": 1 }, "frames": { "count": 500, "turntable": { "degrees": 10, "axis": [0, 0, 1] } }"#;
     let id = submit(&service, &mirrors(), long);
     until(&service, &id, |job| job["frames"]["done"].as_u64() >= Some(1));
@@ -188,10 +189,11 @@ fn canceled_and_old_sequences_leave_nothing_behind() {
     assert_eq!(ended(&service, &id)["state"], "canceled");
     frame(&service, &id, 0).problem(409, "job-failed");
     let short = submit(&service, BALL, AROUND);
-    succeeded(&service, &short);
     until(&service, &short, |job| job["state"] == "expired");
     frame(&service, &short, 0).problem(410, "gone");
+    let expired = Instant::now();
     while service.get(&format!("/v1/jobs/{short}")).status == 200 {
+        assert!(expired.elapsed() < PATIENCE, "the record stays");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     assert_eq!(["tiles", "pictures", "scenes"].map(|name| files_in(&folder.path().join(name))), [0; 3]);

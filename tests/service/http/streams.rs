@@ -1,10 +1,9 @@
 //! A picture that streams: `Accept: multipart/mixed`.
 
-use crate::common::service::{Answer, Service, request};
+use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
-use std::time::{Duration, Instant};
 
 const PARTS: [(&str, &str); 2] = [("Content-Type", "application/json"), ("Accept", "multipart/mixed")];
 
@@ -120,16 +119,14 @@ fn what_fails_before_the_first_part_is_refused_as_ever() {
 
 #[test]
 fn a_client_that_goes_away_cancels_the_picture() {
-    let service = Service::start(&[]);
+    let service = Service::start(&NO_TIMEOUT);
     let mut stream = service.connect();
     stream.write_all(&request("POST", "/v1/render", &PARTS, SLOW.as_bytes())).unwrap();
     let mut first = [0; 256];
     stream.read_exact(&mut first).expect("the first pass comes");
     service.wait_for(1, 0);
-    let left = Instant::now();
     drop(stream);
     service.wait_for(0, 0);
-    assert!(left.elapsed() < Duration::from_secs(5));
 }
 
 #[test]
