@@ -2217,6 +2217,20 @@ export interface components {
              */
             width?: number;
         };
+        /** @description What of a model is approximated, left out or assumed. */
+        ImportWarning: {
+            /** @description What happens to it. */
+            code: components["schemas"]["ImportWarningCode"];
+            /** @description One sentence, of at most 1024 bytes. */
+            detail: string;
+            /** @description The fidelity that it holds for. Default: each. */
+            fidelity?: components["schemas"]["Fidelity"] | null;
+        };
+        /**
+         * @description What happens to something of a model.
+         * @enum {string}
+         */
+        ImportWarningCode: "not-simulated" | "approximated" | "skipped" | "assumed";
         /** @description A size of an image. */
         InfoSize: {
             /**
@@ -4196,6 +4210,8 @@ export interface components {
              *     }
              */
             image?: components["schemas"]["ImageSize"];
+            /** @description What the file of a model said and the scene does not, which each answer repeats as warnings: at most 50. */
+            import_warnings?: components["schemas"]["ImportWarning"][];
             /**
              * @description Light sources. Default: one directional light from the upper left front. `[]` means no lights.
              * @default [
@@ -4779,8 +4795,8 @@ export interface components {
             /** @description The picture that differences are from; none if there was no time for one. */
             reference: components["schemas"]["TradeoffReference"] | null;
             /**
-             * @description What the answer and the numbers leave open, in a sentence each: against what is proved, and why nothing is or less than
-             *     was measured.
+             * @description What the answer and the numbers leave open, in a sentence each: which mode of the scene and which choice of samples is not
+             *     compared, against what is proved, and why nothing is or less than was measured.
              */
             remarks: string[];
             /**
@@ -5165,7 +5181,7 @@ export interface components {
                 "Render-Plan"?: string;
                 /** @description Rays traced, by kind. `gathered` is there only if there are any. */
                 "Render-Rays"?: string;
-                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
+                /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
                 "Render-Warnings"?: string | null;
                 /** @description SHA-256 of the picture's file (RFC 9530). */
                 "Repr-Digest"?: string;
@@ -5194,7 +5210,7 @@ export interface components {
                 "Render-Plan"?: string;
                 /** @description Rays traced, by kind. `gathered` is there only if there are any. */
                 "Render-Rays"?: string;
-                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
+                /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
                 "Render-Warnings"?: string | null;
                 /** @description SHA-256 of the picture's file (RFC 9530). */
                 "Repr-Digest"?: string;
@@ -5224,7 +5240,7 @@ export interface components {
                 "Render-Plan"?: string;
                 /** @description Rays traced, by kind. `gathered` is there only if there are any. */
                 "Render-Rays"?: string;
-                /** @description Up to twelve warnings about the scene; `POST /v1/scenes/validate` has all. */
+                /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
                 "Render-Warnings"?: string | null;
                 /** @description SHA-256 of the picture's file (RFC 9530). */
                 "Repr-Digest"?: string;

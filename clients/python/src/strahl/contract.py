@@ -856,6 +856,21 @@ class ImageSize(TypedDict):
     width: NotRequired[int]
 
 
+class ImportWarning(TypedDict):
+    """What of a model is approximated, left out or assumed."""
+
+    # What happens to it.
+    code: ImportWarningCode
+    # One sentence, of at most 1024 bytes.
+    detail: str
+    # The fidelity that it holds for. Default: each.
+    fidelity: NotRequired[Fidelity | None]
+
+
+# What happens to something of a model.
+ImportWarningCode: TypeAlias = "Literal['not-simulated', 'approximated', 'skipped', 'assumed']"
+
+
 class InfoSize(TypedDict):
     """A size of an image."""
 
@@ -2190,6 +2205,7 @@ Scene = TypedDict('Scene', {
     'film': 'NotRequired[Film]',
     'fog': 'NotRequired[Fog | None]',
     'image': 'NotRequired[ImageSize]',
+    'import_warnings': 'NotRequired[list[ImportWarning]]',
     'lights': 'NotRequired[list[Light]]',
     'materials': 'NotRequired[dict[str, Material]]',
     'name': 'NotRequired[str | None]',
@@ -2578,8 +2594,8 @@ class TradeoffChoices(TypedDict):
     recommended: int | None
     # The picture that differences are from; none if there was no time for one.
     reference: TradeoffReference | None
-    # What the answer and the numbers leave open, in a sentence each: against what is proved, and why nothing is or
-    # less than was measured.
+    # What the answer and the numbers leave open, in a sentence each: which mode of the scene and which choice of
+    # samples is not compared, against what is proved, and why nothing is or less than was measured.
     remarks: list[str]
     # Width and height of the pictures that were compared. Times are those of the picture asked for; where that is
     # larger, they are scaled up.
