@@ -238,7 +238,7 @@ mod tests {
         Item {
             shape: Shape::Mesh(Arc::new(Mesh {
                 vertices,
-                faces: (0..n * n).flat_map(square).collect::<Vec<_>>(),
+                faces: (0..n * n).flat_map(square).collect(),
                 normals,
                 uvs: Vec::new(),
                 attributes: None,

@@ -7,6 +7,7 @@ use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// The volume of a closed body.
 pub(super) fn volume(object: &Object) -> f64 {
@@ -73,8 +74,8 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
         Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
         Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
         Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2]], None, None).into()), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, &[[0, 1, 2], [0, 2, 3]], None, None).into()), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, [[0, 1, 2]].into(), None, None).into()), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, [[0, 1, 2], [0, 2, 3]].into(), None, None).into()), o.look()),
         Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
         Object::Cylinder(o) => {
             (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
@@ -91,7 +92,8 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
             (Shape::Torus(Box::new(torus)), o.look())
         }
         Object::Mesh(o) => {
-            let mut mesh = mesh(&o.vertices, &o.faces, o.normals.as_deref(), o.uvs.as_deref().filter(|_| kept.uvs));
+            let mut mesh =
+                mesh(&o.vertices, Arc::clone(&o.faces), o.normals.as_deref(), o.uvs.as_deref().filter(|_| kept.uvs));
             if kept.uvs1 || kept.colors || kept.tangents {
                 let uvs = o.uvs1.iter().filter(|_| kept.uvs1).flatten().map(|uv| uv.map(R::from_f64)).collect();
                 let colors = o.colors.iter().filter(|_| kept.colors).flatten().map(|c| c.map(R::from_f64)).collect();
@@ -103,7 +105,7 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
         }
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, &faces, None, None).into()), o.look())
+            (Shape::Mesh(mesh(&o.vertices, faces.into(), None, None).into()), o.look())
         }
         Object::Group(_) | Object::Instance(_) | Object::Model(_) => {
             unreachable!("groups, instances and models are no shapes")
@@ -124,11 +126,19 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 }
 
 /// A mesh without the faces that rounding has collapsed to lines. Slivers stay: without them there would be gaps.
-fn mesh<R: Real>(vertices: &[Vec3], faces: &[[u32; 3]], normals: Option<&[Vec3]>, uvs: Option<&[[f64; 2]]>) -> Mesh<R> {
+fn mesh<R: Real>(
+    vertices: &[Vec3],
+    faces: Arc<[[u32; 3]]>,
+    normals: Option<&[Vec3]>,
+    uvs: Option<&[[f64; 2]]>,
+) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    // Not collected one by one, which would reserve up to twice the memory.
-    let mut faces = faces.to_vec();
-    faces.retain(|face| !is_collapsed(&vertices, face));
+    let is_sound = |face: &[u32; 3]| !is_collapsed(&vertices, face);
+    // A mesh without such faces shares the list of the description.
+    let faces = match faces.iter().all(is_sound) {
+        true => faces,
+        false => faces.iter().copied().filter(is_sound).collect(),
+    };
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
     let normals = normals.unwrap_or_default().iter().map(unit).collect();

@@ -3,6 +3,7 @@
 use super::{PlacedModel, Vec3, default_up};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Things in a scene.
 ///
@@ -252,7 +253,7 @@ body! {
         vertices: Vec<Vec3>,
         /// Three indices of vertices each, from 0.
         #[schemars(length(min = 1))]
-        faces: Vec<[u32; 3]>,
+        faces: Arc<[[u32; 3]]>,
         /// Shading normals, one for each vertex; without them faces are flat.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         normals: Option<Vec<Vec3>>,

@@ -60,7 +60,7 @@ fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> M
     let Geometry { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
     Mesh {
         vertices: positions,
-        faces: triangles,
+        faces: triangles.into(),
         normals,
         uvs: flipped(uvs),
         uvs1: flipped(uvs1),

@@ -70,7 +70,7 @@ pub(super) fn floor((low, high): (DVec3, DVec3), material: String) -> Object {
     }
     Object::Mesh(Box::new(Mesh {
         vertices,
-        faces,
+        faces: faces.into(),
         normals: None,
         tangents: None,
         uvs: None,

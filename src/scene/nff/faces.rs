@@ -92,7 +92,7 @@ impl Faces {
         let Self { vertices, faces, .. } = self;
         Mesh {
             vertices,
-            faces,
+            faces: faces.into(),
             normals,
             uvs: None,
             uvs1: None,
