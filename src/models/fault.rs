@@ -87,12 +87,12 @@ impl Faults {
         Self(vec![fault])
     }
 
-    /// Notes one, unless it is known; whether more are wanted.
+    /// Notes one, unless it is known; whether more are wanted. After one that bounds the work none are.
     pub(super) fn push(&mut self, fault: Fault) -> bool {
         if self.0.len() < MOST && !self.0.contains(&fault) {
             self.0.push(fault);
         }
-        self.0.len() < MOST && !self.0.iter().any(|fault| fault.kind == Kind::Cancelled)
+        self.0.len() < MOST && !self.0.iter().any(|fault| matches!(fault.kind, Kind::Cancelled | Kind::Limit))
     }
 
     /// Notes what is wrong with a result, which is given back if nothing is.

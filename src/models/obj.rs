@@ -11,10 +11,12 @@ use super::text::{Text, Word};
 use crate::math;
 use crate::shape::ear_clipping::triangulate;
 use glam::DMat4;
-use hashbrown::HashMap;
+use hashbrown::{HashMap, HashSet};
 
 /// Most corners of a polygon.
 const CORNERS: usize = 10_000;
+/// Most material libraries that a file may name.
+const LIBRARIES: usize = 1_000;
 /// Most of the sum of the squares of the corners of polygons, which bounds the time of ear clipping.
 const POLYGON_WORK: u64 = 200_000_000;
 /// Bytes of the text after which is looked whether anybody still waits.
@@ -84,6 +86,8 @@ struct Reader {
     of_material: HashMap<Option<usize>, usize>,
     material: Option<usize>,
     materials: mtl::Library,
+    /// Names of files of materials so far.
+    libraries: HashSet<String>,
     is_flat: bool,
     model: Model,
     budget: Budget,
@@ -157,11 +161,18 @@ impl Reader {
 
     fn library(&mut self, text: &mut Text<'_>, parts: &Parts<'_>) -> Result<(), Fault> {
         let line = text.name();
+        if self.libraries.contains(&line) {
+            return Ok(());
+        }
         if let Ok(bytes) = parts(&line) {
+            self.is_new_library(&line)?;
             return self.materials_of(&line, &bytes, parts);
         }
         for name in libraries(&line) {
             worked(1)?;
+            if !self.is_new_library(name)? {
+                continue;
+            }
             match parts(name) {
                 Ok(bytes) => self.materials_of(name, &bytes, parts)?,
                 Err(why) => {
@@ -172,6 +183,19 @@ impl Reader {
             }
         }
         Ok(())
+    }
+
+    /// Whether a library has not been named before: each is read once.
+    fn is_new_library(&mut self, name: &str) -> Result<bool, Fault> {
+        if self.libraries.contains(name) {
+            return Ok(false);
+        }
+        if self.libraries.len() == LIBRARIES {
+            let detail =
+                format!("the model names more than {LIBRARIES} material libraries: put its materials into fewer");
+            return Err(Fault::new("", Kind::Limit, detail));
+        }
+        Ok(self.libraries.insert(name.to_owned()))
     }
 
     fn materials_of(&mut self, file: &str, bytes: &[u8], parts: &Parts<'_>) -> Result<(), Fault> {
@@ -337,6 +361,24 @@ mod tests {
         let model = read_with(&format!("mtllib my first.mtl no such.mtl b.MTL c\n{faces}"), &files);
         assert_eq!(reds(&model), [0.1, 0.2, 0.3]);
         assert!(model.warnings[0].detail.ends_with("\"no such.mtl\" is not there"), "{:?}", model.warnings);
+    }
+
+    /// However often they are named.
+    #[test]
+    fn libraries_are_read_once_and_few() {
+        let asked = std::cell::Cell::new(0);
+        let part = |name: &str| {
+            asked.set(asked.get() + 1);
+            if name == "a" { Ok(b"newmtl a\n".to_vec()) } else { Err("is not there".to_owned()) }
+        };
+        let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let again = format!("mtllib{}\n{}{triangle}", " a b".repeat(1_000), "mtllib a\nmtllib b\n".repeat(1_000));
+        assert_eq!(read(again.as_bytes(), &part).unwrap().warnings.len(), 1);
+        assert_eq!(asked.get(), 3, "the whole line, a and b");
+        let many: String = (0..5_000).map(|i| format!("mtllib {i}\n")).collect();
+        let Faults(faults) = read((many + triangle).as_bytes(), &part).unwrap_err();
+        assert!(faults.len() == 1 && faults[0].kind == Kind::Limit, "{faults:?}");
+        assert!(asked.get() < 3_000, "{} files were asked for", asked.get());
     }
 
     #[test]

@@ -11,6 +11,8 @@ const SHOWN: usize = 12;
 const MORE: &str = "and more: POST /v1/scenes/validate lists all";
 /// Most characters of a warning.
 const LONGEST: usize = 200;
+/// The end of one that had more.
+const ELLIPSIS: &str = "...";
 
 /// The line, if there are any.
 pub(crate) fn line(warnings: &[Problem], shortfall: Option<&str>) -> Option<String> {
@@ -49,8 +51,11 @@ fn sentence(warning: &Problem) -> String {
 /// A sentence in characters that a header may have.
 fn quoted(sentence: String) -> String {
     let plain = |c: char| if (' '..='~').contains(&c) { c } else { '?' };
-    let sentence: String = sentence.chars().take(LONGEST).map(plain).collect();
-    format!("\"{}\"", sentence.replace('\\', "\\\\").replace('"', "\\\""))
+    let mut short: String = sentence.chars().take(LONGEST).map(plain).collect();
+    if sentence.chars().nth(LONGEST).is_some() {
+        short.replace_range(LONGEST - ELLIPSIS.len().., ELLIPSIS);
+    }
+    format!("\"{}\"", short.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 #[cfg(test)]
@@ -65,6 +70,8 @@ mod tests {
         assert_eq!(value, r#""/materials/gl?s: say \"so\"", "/materials/gl?s: twice?""#);
         assert_eq!(line(&[], Some("cut off")).unwrap(), "\"cut off\"");
         assert!(line(&[], None).is_none());
+        let cut = line(&[], Some(&"\u{e4}".repeat(LONGEST + 1))).unwrap();
+        assert_eq!(cut, format!("\"{}...\"", "?".repeat(LONGEST - 3)));
         let more = line(&[warning("say \"so\""), warning("else")], None).unwrap();
         let all = together([value.as_str(), more.as_str()].into_iter()).unwrap();
         assert_eq!(all, format!("{value}, \"/materials/gl?s: else\""));

@@ -112,7 +112,7 @@ pub struct Description {
     /// How light becomes colours.
     #[serde(default, skip_serializing_if = "Film::is_default")]
     pub film: Film,
-    /// What the file of a model said and the scene does not, which each answer repeats as warnings: at most 50.
+    /// What the file of a model said and the scene does not, repeated as warnings of its pictures: at most 50.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = 50))]
     pub import_warnings: Vec<ImportWarning>,
