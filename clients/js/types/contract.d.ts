@@ -4210,7 +4210,7 @@ export interface components {
              *     }
              */
             image?: components["schemas"]["ImageSize"];
-            /** @description What the file of a model said and the scene does not, which each answer repeats as warnings: at most 50. */
+            /** @description What the file of a model said and the scene does not, repeated as warnings of its pictures: at most 50. */
             import_warnings?: components["schemas"]["ImportWarning"][];
             /**
              * @description Light sources. Default: one directional light from the upper left front. `[]` means no lights.
