@@ -65,10 +65,12 @@ impl Display {
     }
 
     /// The linear colour that is shown for a radiance.
+    #[inline(always)]
     pub fn show(&self, radiance: [f32; 3]) -> [f32; 3] {
-        if self.is_plain() {
-            return radiance;
-        }
+        if self.is_plain() { radiance } else { self.changed(radiance) }
+    }
+
+    fn changed(&self, radiance: [f32; 3]) -> [f32; 3] {
         let light = radiance.map(|channel| self.expose(channel));
         let shown = match self.tone {
             ToneMapping::None => light,

@@ -30,6 +30,9 @@ impl Budget {
     }
 }
 
+/// Lines of a text after which is looked whether anybody still waits.
+pub(super) const LINES: u64 = 256;
+
 /// Counts work on so many elements; fails once nobody waits for it any more.
 pub(super) fn worked(count: u64) -> Result<(), Fault> {
     let steps = (count / 64).min(1 << 20) as u32 + 1;

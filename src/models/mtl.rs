@@ -1,7 +1,7 @@
 //! MTL: materials of OBJ files, by Phong's model or with the keys that PBR programs have added.
 
 use super::Parts;
-use super::budget::Budget;
+use super::budget::{Budget, LINES, worked};
 use super::fault::{Fault, Kind, Subject, warn};
 use super::material::{Alpha, Channel, ModelMaterial, Texture};
 use super::model::{Model, Picture};
@@ -38,7 +38,10 @@ impl Library {
     ) -> Result<(), Fault> {
         let mut text = Text::new(bytes);
         let mut phong = Phong::default();
-        loop {
+        for line in 0_u64.. {
+            if line % LINES == 0 {
+                worked(LINES * 64)?;
+            }
             if let Some(word) = text.word() {
                 let read = self.statement(word.text, &mut text, &mut phong, parts, model, budget);
                 read.map_err(|fault| {
@@ -47,10 +50,11 @@ impl Library {
                 })?;
             }
             if !text.next_line() {
-                phong.finish(self.materials.last_mut());
-                return Ok(());
+                break;
             }
         }
+        phong.finish(self.materials.last_mut());
+        Ok(())
     }
 
     fn statement(
@@ -169,10 +173,11 @@ impl Library {
             Ok(Uri::Data(bytes)) => Ok(bytes),
             Err(why) => Err(why),
         };
+        // One file may have many names.
+        budget.take(bytes.as_ref().map_or(0, Vec::len) as u64, 1)?;
         match bytes {
-            Ok(bytes) if super::gltf::media_type(&bytes).is_some() && self.pictures.len() < MATERIALS => {
-                // One file may have many names.
-                budget.take(bytes.len() as u64, 1)?;
+            Ok(_) if self.pictures.len() >= MATERIALS => skip_picture(model, name, "is one too many"),
+            Ok(bytes) if super::gltf::media_type(&bytes).is_some() => {
                 model.has_parts = true;
                 model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
                 return Ok(Some(model.pictures.len() - 1));
@@ -269,6 +274,17 @@ mod tests {
         }
         let (_, model) = read("newmtl a\nmap_Bump -bm 0.5 textures\\my wood.png\n");
         assert_eq!(model.warnings[0].what, "bump");
+    }
+
+    /// Under ever other names, and though it is no picture.
+    #[test]
+    fn files_that_are_read_again_and_again_are_bounded() {
+        let (mut library, mut model) = (Library::default(), Model::default());
+        let parts = |_: &str| Ok(vec![0; 32 << 20]);
+        let mtl: String = (0..100).map(|i| format!("newmtl {i}\nmap_Kd {i}\n")).collect();
+        let fault = library.read("a.mtl", mtl.as_bytes(), &parts, &mut model, &Budget::default()).unwrap_err();
+        assert_eq!(fault.kind, Kind::Limit);
+        assert_eq!(library.materials.len(), 33, "1 GiB");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: polygons over points, texture coordinates and normals with indices of their own, and materials by name.
 
 use super::Parts;
-use super::budget::{Budget, worked};
+use super::budget::{Budget, LINES, worked};
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
 use super::material::ModelMaterial;
@@ -19,8 +19,6 @@ const CORNERS: usize = 10_000;
 const LIBRARIES: usize = 1_000;
 /// Most of the sum of the squares of the corners of polygons, which bounds the time of ear clipping.
 const POLYGON_WORK: u64 = 200_000_000;
-/// Bytes of the text after which is looked whether anybody still waits.
-const LINES: u64 = 256;
 
 /// Reads a file and the materials that it names.
 pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
@@ -46,17 +44,23 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
 }
 
 /// The names of several material libraries in one line: each ends with `.mtl` and may have spaces. Behind the last end are words.
-fn libraries(line: &str) -> Vec<&str> {
-    let (mut names, mut start, mut end) = (Vec::new(), 0, 0);
-    for word in line.split_inclusive(char::is_whitespace) {
-        end += word.len();
-        if word.trim_end().to_ascii_lowercase().ends_with(".mtl") {
-            names.push(line[start..end].trim());
-            start = end;
-        }
-    }
-    names.extend(line[start..].split_whitespace());
-    names
+fn libraries(line: &str) -> impl Iterator<Item = &str> {
+    let ends_here = |word: &str| word.trim_end().to_ascii_lowercase().ends_with(".mtl");
+    let mut rest = line;
+    let with_spaces = std::iter::from_fn(move || {
+        let mut end = 0;
+        let found = rest.split_inclusive(char::is_whitespace).find(|word| {
+            end += word.len();
+            ends_here(word)
+        });
+        found?;
+        let (name, behind) = rest.split_at(end);
+        rest = behind;
+        Some(name.trim())
+    });
+    let last = line.split_inclusive(char::is_whitespace).rev().skip_while(move |word| !ends_here(word));
+    let behind: usize = last.map(str::len).sum();
+    with_spaces.chain(line[behind..].split_whitespace())
 }
 
 /// Indices of what meets at a corner of a face, from 0.

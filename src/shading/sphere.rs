@@ -54,6 +54,11 @@ impl Sphere {
         Self { levels }
     }
 
+    /// Bytes of memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&level.texels[..]) + size_of_val(&level.bands[..])).sum()
+    }
+
     /// Unit directions, how large the solid angles around them are, and the mean light of each.
     pub(super) fn parts(&self) -> impl Iterator<Item = (DVec3, f64, Rgb)> {
         let Level { texels, bands, .. } = &self.levels[0];

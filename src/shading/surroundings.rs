@@ -28,6 +28,8 @@ pub struct Surroundings {
     most: [f64; 3],
     /// The surroundings as they are.
     sharp: Environment,
+    /// What blurred pictures are made of.
+    sphere: Sphere,
     /// From hardly blurred to completely, those that a surface has asked for.
     blurred: [OnceLock<Environment>; BLURRED.len()],
 }
@@ -38,25 +40,17 @@ impl Surroundings {
         let sphere = Sphere::new(environment);
         let most = environment.mipmap.brightest().map(|channel| channel * environment.intensity);
         let blurred = std::array::from_fn(|_| OnceLock::new());
-        let surroundings = Self { harmonics: harmonics(&sphere), most, sharp: environment.clone(), blurred };
-        surroundings.blur(roughnesses, || sphere);
+        let surroundings = Self { harmonics: harmonics(&sphere), most, sharp: environment.clone(), sphere, blurred };
+        surroundings.prepare(roughnesses);
         surroundings
     }
 
     /// Gets them ready for surfaces of more roughnesses, on all threads. Without it the first ray that needs a picture waits for it.
     pub fn prepare(&self, roughnesses: &[RangeInclusive<f64>]) {
-        self.blur(roughnesses, || Sphere::new(&self.sharp));
-    }
-
-    fn blur(&self, roughnesses: &[RangeInclusive<f64>], sphere: impl FnOnce() -> Sphere) {
         let is_wanted =
             |i: &usize| self.blurred[*i].get().is_none() && roughnesses.iter().any(|range| is_seen(*i, range));
         let missing: Vec<usize> = (0..BLURRED.len()).filter(is_wanted).collect();
-        if missing.is_empty() {
-            return;
-        }
-        let sphere = sphere();
-        missing.into_par_iter().for_each(|i| _ = self.blurred[i].set(blurred(&sphere, i)));
+        missing.into_par_iter().for_each(|i| _ = self.blurred[i].set(blurred(&self.sphere, i)));
     }
 
     /// Picture 0 is the sharp one.
@@ -64,7 +58,7 @@ impl Surroundings {
         match i.checked_sub(1) {
             Some(i) => self.blurred[i].get_or_init(
                 #[cold]
-                || blurred(&Sphere::new(&self.sharp), i),
+                || blurred(&self.sphere, i),
             ),
             None => &self.sharp,
         }
@@ -77,7 +71,8 @@ impl Surroundings {
 
     /// Most bytes of memory it takes beside its environment: surfaces of more roughnesses may come.
     pub fn bytes(&self) -> usize {
-        BLURRED.iter().map(|(_, rows)| Mipmap::bytes_for(2 * rows, *rows, false) as usize).sum()
+        let blurred: u64 = BLURRED.iter().map(|(_, rows)| Mipmap::bytes_for(2 * rows, *rows, false)).sum();
+        blurred as usize + self.sphere.bytes()
     }
 
     /// The light that a white surface with unit normals `n` scatters.
@@ -129,7 +124,7 @@ fn is_seen(i: usize, range: &RangeInclusive<f64>) -> bool {
     /// Single precision rounds roughnesses.
     const ROUNDED: f64 = 1e-6;
     let above = BLURRED.get(i + 1).map_or(f64::INFINITY, |(roughness, _)| *roughness);
-    range.start() - ROUNDED < above && range.end() + ROUNDED > roughness_of(i)
+    range.start() * (1.0 - ROUNDED) < above && range.end() * (1.0 + ROUNDED) > roughness_of(i)
 }
 
 fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
@@ -205,7 +200,7 @@ mod tests {
             for seen in [roughness, f64::from(roughness as f32)] {
                 let own = Surroundings::new(&sky, &[roughness..=roughness]);
                 let ready = made(&own);
-                assert!(ready <= 3, "{roughness}: {ready}");
+                assert!(ready <= if roughness == 0.0 { 0 } else { 3 }, "{roughness}: {ready}");
                 let light = own.reflected((), dir, seen, 1);
                 assert_eq!(made(&own), ready, "{roughness}");
                 let late = Surroundings::new(&sky, &[]).reflected((), dir, seen, 1);

@@ -8,7 +8,7 @@ pub(crate) const NAME: &str = "render-warnings";
 /// Most warnings in the header.
 const SHOWN: usize = 12;
 /// What stands after them if there are more.
-const MORE: &str = "and more: POST /v1/scenes/validate lists all";
+const MORE: &str = "and more: see POST /v1/scenes/validate";
 /// Most characters of a warning.
 const LONGEST: usize = 200;
 /// The end of one that had more.

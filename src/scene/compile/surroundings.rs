@@ -55,7 +55,7 @@ pub(super) fn surroundings<R>(
     materials: &[Material<R>],
     before: Option<(&Environment, &Arc<Surroundings>)>,
 ) -> Arc<Surroundings> {
-    /// Studios that are kept, at 0.4 MB each: views of models have names, so they stand in few ways.
+    /// Studios that are kept, at 1.5 MB each: views of models have names, so they stand in few ways.
     const STUDIOS: usize = 16;
     static KEPT: Mutex<Vec<(Environment, Arc<Surroundings>)>> = Mutex::new(Vec::new());
     let same = |other: &Environment| {

@@ -5,6 +5,7 @@ use super::{picture, pixels, problems, scene};
 use glam::DVec3;
 use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
+use strahl::film::Display;
 use strahl::inspect::tree::trace_pixel;
 
 /// A picture of one normal, and that normal.
@@ -256,7 +257,7 @@ fn glass_reflects_totally_below_lacquer_that_leans() {
     }
 }
 
-/// A ball of a mesh with bumps of both kinds: its trees are its picture, whatever a packet holds beside them.
+/// A cube with bumps of both kinds: its trees are its picture, whatever a packet holds beside them.
 #[test]
 fn trees_are_pictures_of_lacquer_that_leans() {
     let bumps = |x: u32| {
@@ -278,6 +279,48 @@ fn trees_are_pictures_of_lacquer_that_leans() {
             let tree = trace_pixel(&scene, i as u32 % 12, i as u32 / 12);
             assert_eq!(tree.value.map(|channel| channel as f32), *pixel, "pixel {i}, {precision}");
         }
+    }
+}
+
+/// Two walls that mirror each other, with a ray for the surface and one for its lacquer at each: what a proof leaves out of both is
+/// within its codes, and a picture without the rays that a depth cuts off says so.
+#[test]
+fn proofs_hold_for_lacquer_that_leans() {
+    let wavy = |x: u32| {
+        let wave = |i: u32| (108 + 5 * (i * x % 8)) as u8;
+        json!({ "image": url(RgbImage::from_fn(16, 16, |i, j| Rgb([wave(i), wave(j), 240]))) })
+    };
+    let more = json!({
+        "normal": wavy(3), "clearcoat_normal": wavy(5), "metallic": 1, "specular": 1, "roughness": 0, "base_color": 0.9
+    });
+    let wall = |z: f64, facing: [u32; 3], other: [u32; 3]| {
+        json!({ "mesh": {
+            "vertices": [[-9, -9, z], [9, -9, z], [9, 9, z], [-9, 9, z]], "faces": [facing, other],
+            "uvs": [[0, 0], [1, 0], [1, 1], [0, 1]], "material": "it"
+        } })
+    };
+    let between = json!([wall(-2.0, [0, 1, 2], [0, 2, 3]), wall(2.0, [2, 1, 0], [3, 2, 0])]);
+    let rendered = |precision: &str, render: Value| {
+        let around = json!({ "environment": { "sky": {}, "light": "fast" }, "lights": light(DVec3::new(0.3, 0.5, 0.8))["lights"] });
+        let mut description = seen(DVec3::Z, lacquer(0.0, more.clone()), between.clone(), around);
+        description["image"] = json!({ "width": 16, "height": 12 });
+        description["camera"] = json!({ "pinhole": { "eye": [0, 0.3, 1], "look_at": [3, 0, -1], "vfov_deg": 60 } });
+        description["render"] = render;
+        description["render"]["antialias"] = json!(false);
+        picture(&scene(description, precision))
+    };
+    let code = |channel: f32| i32::from(Display::default().codes([channel; 3])[0]);
+    for precision in ["single", "double"] {
+        let truth = rendered(precision, json!({ "max_depth": 12, "min_weight": 0 }));
+        let proved = rendered(precision, json!({ "accuracy": { "proved": { "max_codes": 1 } }, "max_depth": 12 }));
+        let cut = rendered(precision, json!({ "max_depth": 2, "min_weight": 0 }));
+        let pairs = |other: &[[f32; 3]]| -> Vec<(f32, f32)> {
+            other.as_flattened().iter().copied().zip(truth.film.pixels.as_flattened().iter().copied()).collect()
+        };
+        let off = |other: &[[f32; 3]]| pairs(other).iter().map(|(a, b)| (code(*a) - code(*b)).abs()).max().unwrap();
+        assert!(off(&proved.film.pixels) <= 1, "{precision}: {}", off(&proved.film.pixels));
+        assert!(proved.rays.reflected < truth.rays.reflected, "the proof spares nothing");
+        assert!(off(&cut.film.pixels) > 3, "{precision}: depth 2 is no different");
     }
 }
 

@@ -90,7 +90,7 @@ fn how(pbr: &Pbr, lit_by_surroundings: bool) -> String {
     if pbr.transmission.factor() > 0.0 && !(pbr.roughness.textured().is_none() && roughness <= MIRROR) {
         parts.push("light that passes is not spread".to_owned());
     }
-    let leans = pbr.normals().iter().any(|(_, normals)| normals.is_some());
+    let leans = pbr.normal != pbr.clearcoat_normal;
     let mirrors = pbr.clearcoat_roughness.textured().is_some() || pbr.clearcoat_roughness.factor() < LACQUER[1];
     if leans && mirrors && pbr.clearcoat.factor() > 0.0 {
         parts.push("mirror rays of its own for the lacquer".to_owned());
