@@ -80,6 +80,46 @@ fn lamps_that_are_too_bright_for_a_film_do_not_blind_it() {
     assert!((150..254).contains(&red), "{red}");
 }
 
+/// A huge model and a tiny one become one scene: instances, a camera, a lamp and the depth of colour of a body, too.
+#[test]
+fn all_lengths_of_a_model_are_scaled() {
+    let description = |power: i32| {
+        let scale = 2.0_f64.powi(power);
+        let corners = FRONT.map(|corner| corner.map(|x| x * scale as f32));
+        let mut material = matte([0.8, 0.4, 0.2]);
+        material["extensions"] = json!({
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": scale, "attenuationDistance": 3.0 * scale, "attenuationColor": [0.5, 1, 1] }
+        });
+        let lamp = json!({ "type": "point", "intensity": 40.0 * scale * scale, "range": 20.0 * scale });
+        let camera = json!({ "type": "orthographic", "orthographic": {
+            "xmag": 1.5 * scale, "ymag": 1.5 * scale, "znear": 0.1 * scale, "zfar": 100.0 * scale
+        } });
+        let more = json!({
+            "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_transmission", "KHR_materials_volume"],
+            "extensions": { "KHR_lights_punctual": { "lights": [lamp] } },
+            "cameras": [camera],
+            "nodes": [
+                { "mesh": 0 },
+                { "mesh": 0, "translation": [scale, scale, -scale], "rotation": [0, 0.6, 0, 0.8] },
+                { "translation": [0, scale, 2.0 * scale], "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+                { "translation": [0, 0, 4.0 * scale], "camera": 0 }
+            ],
+            "scenes": [{ "nodes": [0, 1, 2, 3] }]
+        });
+        let mut overrides = overrides("front");
+        overrides.model.camera = Some(0);
+        let mut description = imported(&quads(&[(corners, material)], more), ModelFormat::Gltf, &overrides).description;
+        assert!(description.import_warnings.iter().any(|it| it.detail.starts_with("assumed: scale")));
+        description.import_warnings.clear();
+        description
+    };
+    let (huge, tiny) = (description(30), description(-30));
+    let pbr = huge.materials.iter().find_map(|(_, material)| material.pbr.as_ref()?.attenuation);
+    assert!(pbr.is_some() && huge.lights.len() == 1 && huge.definitions.len() == 1, "something is left out");
+    assert_eq!(huge, tiny);
+}
+
 #[test]
 fn what_is_scaled_is_said() {
     for (power, is_scaled) in [(0, false), (-19, false), (19, false), (-21, true), (21, true)] {
