@@ -9,6 +9,7 @@
 //! compiled for the baseline instruction set and the program becomes 3 to 19 times slower, while its results stay
 //! correct.
 
+mod angle;
 mod circle;
 mod columns;
 mod decay;
@@ -21,6 +22,7 @@ mod scalar;
 mod simd;
 mod vector;
 
+pub use angle::angle;
 pub use circle::circle;
 pub(crate) use columns::{Column, Columns, parts};
 pub use decay::{exp_minus, mean_decay, opacity};
@@ -29,7 +31,7 @@ pub use double::Double;
 pub use ids::Ids;
 pub use level::instructions;
 pub(crate) use power::is_single;
-pub use power::power;
+pub use power::{log2, power};
 pub use vector::V3;
 
 use std::fmt::Debug;

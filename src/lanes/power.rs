@@ -25,7 +25,7 @@ pub(crate) fn is_single<L: Lanes>() -> bool {
 /// Logarithm of normal numbers above 0: e + log2(m) for x = 2^e m with m around 1, where
 /// ln(m) = 2 artanh(z) = 2 (z + z^3/3 + z^5/5 + ...) with z = (m - 1)/(m + 1), which is at most 0.172.
 #[inline(always)]
-fn log2<L: Lanes>(s: L::Simd, x: L) -> L {
+pub fn log2<L: Lanes>(s: L::Simd, x: L) -> L {
     let one = L::lit(s, 1.0);
     let upper = x.significand().gt(L::lit(s, SQRT_2));
     let e = x.exponent() + L::select(upper, one, L::lit(s, 0.0));

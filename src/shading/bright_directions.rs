@@ -2,8 +2,7 @@
 //! (Pharr, Jakob and Humphreys, Physically Based Rendering, 12.5). The cells of a row have the same solid angle.
 
 use super::texture::environment::Environment;
-use super::texture::uv::angles;
-use crate::lanes::V3;
+use crate::lanes::{V3, angle};
 use crate::math;
 use std::f64::consts::PI;
 
@@ -98,8 +97,8 @@ impl BrightDirections {
     /// How likely a unit direction is, by solid angle.
     pub fn density(&self, [x, y, z]: [f64; 3]) -> f64 {
         let rows = self.heights.len() - 1;
-        let longitude = angles((), x, -z, 1) / (2.0 * PI) + self.environment.turn;
-        let latitude = angles((), y, math::hypot(x, z), 1) / PI;
+        let longitude = angle((), x, -z) / (2.0 * PI) + self.environment.turn;
+        let latitude = angle((), y, math::hypot(x, z)) / PI;
         let u = 0.5 + longitude;
         let row = ((0.5 - latitude) * rows as f64).max(0.0) as usize;
         let column = ((u - u.floor()) * self.columns as f64) as usize;

@@ -4,8 +4,7 @@
 
 use super::texture::environment::Environment;
 use super::texture::mipmap::Mipmap;
-use super::texture::uv::angles;
-use crate::lanes::V3;
+use crate::lanes::{V3, angle};
 use crate::math::{self, Rgb};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -94,11 +93,7 @@ struct Place {
 impl Place {
     fn of(dir: DVec3) -> Self {
         let flat = math::hypot(dir.x, dir.z);
-        Self {
-            turn: angles((), dir.x, -dir.z, 1) / (2.0 * PI) + 0.5,
-            height: 0.5 - angles((), dir.y, flat, 1) / PI,
-            flat,
-        }
+        Self { turn: angle((), dir.x, -dir.z) / (2.0 * PI) + 0.5, height: 0.5 - angle((), dir.y, flat) / PI, flat }
     }
 }
 

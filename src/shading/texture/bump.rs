@@ -75,7 +75,7 @@ impl ImageTexture {
         let (width, height) = (W::lit(s, width), W::lit(s, height));
         // The longer axis of the footprint decides the level, or the other one would alias.
         let texels = self.mipmap.texels_along(s, long).max(self.mipmap.texels_along(s, short));
-        let level = self.mipmap.levels(s, texels, lookup.lanes);
+        let level = self.mipmap.levels(s, texels);
         let step = texels.max(W::lit(s, 1.0));
         let (half, two, zero) = (W::lit(s, 0.5), W::lit(s, 2.0), W::lit(s, 0.0));
         let (across, up) = (half * step / width, half * step / height);

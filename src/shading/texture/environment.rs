@@ -2,8 +2,7 @@
 
 use super::lookup::Wrap;
 use super::mipmap::Mipmap;
-use super::uv::angles;
-use crate::lanes::{Double, V3};
+use crate::lanes::{Double, V3, angle};
 use crate::math::Rgb;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -25,9 +24,9 @@ impl Environment {
     #[inline(always)]
     pub fn radiance<W: Double>(&self, s: W::Simd, dir: V3<W>, spread: W, lanes: u32) -> V3<W> {
         let lit = |x: f64| W::lit(s, x);
-        let longitude = angles(s, dir.x, -dir.z, lanes) / lit(2.0 * PI) + lit(self.turn);
-        let latitude = angles(s, dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt(), lanes) / lit(PI);
-        let level = self.mipmap.levels(s, spread / lit(PI) * lit(self.mipmap.size()[1]), lanes);
+        let longitude = angle(s, dir.x, -dir.z) / lit(2.0 * PI) + lit(self.turn);
+        let latitude = angle(s, dir.y, (dir.x * dir.x + dir.z * dir.z).sqrt()) / lit(PI);
+        let level = self.mipmap.levels(s, spread / lit(PI) * lit(self.mipmap.size()[1]));
         let uv = [lit(0.5) + longitude, lit(0.5) + latitude];
         self.mipmap.at(s, uv, level, [Wrap::Repeat, Wrap::Clamp].into(), lanes) * lit(self.intensity)
     }

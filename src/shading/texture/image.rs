@@ -42,7 +42,7 @@ impl ImageTexture {
     /// Texture coordinates of a lookup.
     #[inline(always)]
     pub fn coord<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> TexCoord<W> {
-        self.mapping.at(s, lookup.point, lookup.face.as_ref(), lookup.lanes)
+        self.mapping.at(s, lookup.point, lookup.face.as_ref())
     }
 
     /// The mean colours over the footprints.

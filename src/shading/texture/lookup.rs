@@ -4,8 +4,7 @@
 //! since lanes need others.
 
 use super::mipmap::{Level, Mipmap, Texels, decoded};
-use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of};
-use crate::math;
+use crate::lanes::{Double, MAX_LANES, V3, lanes_of, log2};
 
 /// What lies beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,20 +32,20 @@ impl From<[Wrap; 2]> for Sampler {
     }
 }
 
+/// More texels than any picture has across.
+const WIDEST: f64 = 1e18;
 /// Most samples along a footprint; longer footprints are blurred.
 const MOST_LOOKS: f64 = 16.0;
 
 impl Mipmap {
     /// The levels whose texels are `texels` wide, as numbers between 0 and the last.
     #[inline(always)]
-    pub fn levels<W: Double>(&self, s: W::Simd, texels: W, lanes: u32) -> W {
+    pub fn levels<W: Double>(&self, s: W::Simd, texels: W) -> W {
         let last = (self.levels.len() - 1) as f64;
-        let wide = texels.gt(W::lit(s, 1.0)).bits() & lanes;
-        let mut levels = [0.0; MAX_LANES];
-        for lane in lanes_of(wide) {
-            levels[lane] = math::log2(texels.lane(lane)).min(last);
-        }
-        W::load(s, &levels)
+        let one = W::lit(s, 1.0);
+        // No number is level 0.
+        let wide = W::select(texels.gt(one), texels, one).min(W::lit(s, WIDEST));
+        log2(s, wide).min(W::lit(s, last))
     }
 
     /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
@@ -79,7 +78,7 @@ impl Mipmap {
         // Rounded up; no number is no look.
         let looks = -(-(long / short.max(one))).floor();
         let looks = W::select(looks.lt(one), one, W::select(looks.gt(most), most, looks));
-        let level = self.levels(s, short.max(long / most), lanes);
+        let level = self.levels(s, short.max(long / most));
         let mut seen = [[0.0; MAX_LANES]; 3];
         for lane in lanes_of(lanes) {
             let (uv, longer) = ([u.lane(lane), v.lane(lane)], [longer[0].lane(lane), longer[1].lane(lane)]);

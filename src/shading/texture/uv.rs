@@ -3,7 +3,7 @@
 //! A gradient says how fast a coordinate grows along each axis of object space. That is all that filtering and bumps need
 //! (Mikkelsen, Surface Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
 
-use crate::lanes::{Double, MAX_LANES, V3, lanes_of};
+use crate::lanes::{Double, V3, angle};
 use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -82,7 +82,7 @@ impl UvMapping {
 
     /// The texture coordinates of points in object space; of a mesh without any they are 0.
     #[inline(always)]
-    pub fn at<W: Double>(&self, s: W::Simd, p: V3<W>, face: Option<&Face<W>>, lanes: u32) -> TexCoord<W> {
+    pub fn at<W: Double>(&self, s: W::Simd, p: V3<W>, face: Option<&Face<W>>) -> TexCoord<W> {
         let zero = W::lit(s, 0.0);
         let nothing = V3 { x: zero, y: zero, z: zero };
         match *self {
@@ -119,8 +119,8 @@ impl UvMapping {
                 // The poles have no longitude, and the centre has no direction.
                 let known = around.gt(zero) & square.gt(zero);
                 let (half, one) = (W::lit(s, 0.5), W::lit(s, 1.0));
-                let u = half + angles(s, x, z, lanes) / W::lit(s, 2.0 * PI);
-                let v = half + angles(s, y, rho, lanes) / W::lit(s, PI);
+                let u = half + angle(s, x, z) / W::lit(s, 2.0 * PI);
+                let v = half + angle(s, y, rho) / W::lit(s, PI);
                 let of_u = over(east * z - front * x, W::lit(s, 2.0 * PI) * around);
                 let outward = over(east * x + front * z, rho);
                 let of_v = over(north * rho - outward * y, W::lit(s, PI) * square);
@@ -132,16 +132,6 @@ impl UvMapping {
             }
         }
     }
-}
-
-/// The angles of some points (x, y) from the x axis.
-#[inline(always)]
-pub(in crate::shading) fn angles<W: Double>(s: W::Simd, y: W, x: W, lanes: u32) -> W {
-    let mut angles = [0.0; MAX_LANES];
-    for lane in lanes_of(lanes) {
-        angles[lane] = math::atan2(y.lane(lane), x.lane(lane));
-    }
-    W::load(s, &angles)
 }
 
 impl<W: Double> Face<W> {
@@ -216,7 +206,7 @@ mod tests {
     }
 
     fn at(mapping: &UvMapping, p: DVec3, face: Option<&Face<f64>>) -> TexCoord<f64> {
-        mapping.at((), vector(p), face, 1)
+        mapping.at((), vector(p), face)
     }
 
     /// The gradients against differences.
