@@ -66,7 +66,7 @@ pub(super) fn run(args: &AssembleArgs) -> Result<(), Failure> {
     let places = Places::open(&args.store, all.into_iter().chain(args.stats.as_deref()))?;
     let mut session = Session::start_at(&args.scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
-    let ready = session.prepare()?;
+    let ready = session.prepare_with_id()?;
     let file = TileFile::of(&ready, args.of)?;
     let size = [ready.scene.width, ready.scene.height];
     let mut picture = empty(size, Region::whole(size[0], size[1]));

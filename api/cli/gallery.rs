@@ -87,7 +87,7 @@ fn picture(
     let session = Session::with(&scene, settings, control.clone())?;
     let loaded = session.load()?;
     let title = loaded.description.name.clone();
-    let ready = session.workers.work(|| PreparedScene::from(loaded))?;
+    let ready = session.workers.work(|| PreparedScene::without_id(loaded))?;
     let region = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Jpeg(QUALITY));
     let make = || render::make(session.started, &ready, ready.loading, &shot, &session.workers, control, None, None);

@@ -101,7 +101,7 @@ pub(super) fn run(
     let render = || {
         for frame in sequence.frames() {
             let loaded = session.load_frame(frame, original)?;
-            let ready = session.workers.work(|| PreparedScene::from(loaded))?;
+            let ready = session.workers.work(|| PreparedScene::without_id(loaded))?;
             let region = Region::whole(ready.scene.width, ready.scene.height);
             let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, region, format) };
             let (workers, control) = (&session.workers, &session.control);

@@ -102,14 +102,24 @@ impl Session {
     pub(super) fn prepare_frame(&self, frame: Frame<'_>) -> Result<PreparedScene, Failure> {
         let base = self.load()?;
         let loaded = self.load_frame(frame, Original { description: &base.description, scene: &base.scene })?;
-        Ok(self.workers.work(|| PreparedScene::from(loaded))?)
+        Ok(self.workers.work(|| PreparedScene::without_id(loaded))?)
     }
 
     /// Checks and builds the scene, and plans its picture. The scene's text is gone afterwards.
     pub(super) fn prepare(&mut self) -> Result<PreparedScene, Failure> {
+        let loaded = self.load_last()?;
+        Ok(self.workers.work(|| PreparedScene::without_id(loaded))?)
+    }
+
+    /// The same, with the scene's id.
+    pub(super) fn prepare_with_id(&mut self) -> Result<PreparedScene, Failure> {
+        let loaded = self.load_last()?;
+        Ok(self.workers.work(|| PreparedScene::new(loaded, None))?)
+    }
+
+    fn load_last(&mut self) -> Result<Loaded, Failure> {
         let Self { workers, file, overrides, .. } = self;
-        let loaded = workers.work(|| file.load_last(overrides))??;
-        Ok(self.workers.work(|| PreparedScene::from(loaded))?)
+        workers.work(|| file.load_last(overrides))?
     }
 }
 

@@ -53,7 +53,7 @@ pub(super) fn run(args: &TileArgs) -> Result<(), Failure> {
     let places = Places::open(&args.store, [args.scene.scene.as_str(), &to])?;
     let mut session = Session::start_at(&args.scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
-    let ready = session.prepare()?;
+    let ready = session.prepare_with_id()?;
     let tile = TileFile::of(&ready, args.of)?;
     let region = args.of.region(part, [ready.scene.width, ready.scene.height])?;
     let trace = || session.workers.work(|| render(&ready.scene, region, &session.control));

@@ -40,7 +40,7 @@ pub(crate) fn is_reproducible(settings: &RenderSettings) -> bool {
 }
 
 /// The hash of the objects and definitions of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(crate) struct BodiesDigest([u8; 32]);
 
 impl BodiesDigest {

@@ -25,7 +25,7 @@ pub(crate) struct PreparedScene {
     pub(crate) outline: Outline,
     /// The settings, after overrides.
     pub(crate) render: RenderSettings,
-    /// Its [id](super::ids).
+    /// Its [id](super::ids); empty if nobody asks for it.
     pub(crate) scene_id: String,
     /// Whether the same id always means the same picture.
     pub(crate) reproducible: bool,
@@ -66,19 +66,35 @@ impl PreparedScene {
         Self::with_description(loaded, original).0
     }
 
+    /// A loaded scene of a command that has no use for its id: to hash a large one takes a tenth of the time of its picture.
+    pub(crate) fn without_id(loaded: Loaded) -> Self {
+        Self::identified(loaded, None, String::new(), BodiesDigest::default()).0
+    }
+
     /// The same, and its description.
-    fn with_description(loaded: Loaded, original: Option<&Arc<Self>>) -> (Self, Description) {
+    fn with_description(mut loaded: Loaded, original: Option<&Arc<Self>>) -> (Self, Description) {
+        let description = &mut loaded.description;
+        let known = original.filter(|known| known.original().is_some_and(|known| known.has_objects_of(description)));
+        let bodies = known.map_or_else(|| BodiesDigest::of(description), |known| known.bodies);
+        let scene_id = scene_id(description, bodies);
+        Self::identified(loaded, original, scene_id, bodies)
+    }
+
+    fn identified(
+        loaded: Loaded,
+        original: Option<&Arc<Self>>,
+        scene_id: String,
+        bodies: BodiesDigest,
+    ) -> (Self, Description) {
         let Loaded { mut description, scene, nff, views, parse_ms, plan_ms } = loaded;
+        description.render = description.render.resolved();
         let loading = Loading { parse: parse_ms, plan: plan_ms, bvh: scene.bvh_ms };
         // The plan takes the description apart.
-        let known = original.filter(|known| known.original().is_some_and(|known| known.has_objects_of(&description)));
-        let bodies = known.map_or_else(|| BodiesDigest::of(&description), |known| known.bodies);
-        let scene_id = scene_id(&mut description, bodies);
         let outline = Outline::new(&mut description, &scene);
         let reproducible = is_reproducible(&description.render) && !scene.from_files && !nff.spd_counts;
         // Effects decide the number of samples if the scene does not give one, or pixels do.
         let samples = (!scene.adaptive).then_some(scene.samples);
-        let render = RenderSettings { samples, ..description.render.resolved() };
+        let render = RenderSettings { samples, ..description.render };
         let original = original.cloned();
         let ready = Self {
             outline,
@@ -156,12 +172,6 @@ impl PreparedScene {
 impl KnownScene for PreparedScene {
     fn kept(&self) -> Option<(&Description, &Scene)> {
         self.description.as_ref().map(|(description, _)| (description, &self.scene))
-    }
-}
-
-impl From<Loaded> for PreparedScene {
-    fn from(loaded: Loaded) -> Self {
-        Self::new(loaded, None)
     }
 }
 
