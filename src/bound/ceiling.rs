@@ -17,6 +17,8 @@ pub struct Ceiling {
     /// U by the number of rays that a chain may still have, the ray itself included; the last entry is for that number and
     /// all larger ones. [`NO_BOUND`] where there is no bound.
     levels: Vec<[f64; 3]>,
+    /// The largest factor on the light of a transparent background, seen through bodies.
+    clear: f64,
     /// What it is about.
     pub reach: Reach,
 }
@@ -79,7 +81,7 @@ impl Ceiling {
                 };
                 let because = by.and_then(|material| material.pointer.clone()).into_iter().collect();
                 let reach = Reach { max_depth: None, ceiling: Some(radiance), why: why.to_owned(), because };
-                Self { levels: vec![radiance], reach }
+                Self { levels: vec![radiance], clear: 1.0, reach }
             }
             Err(material) => {
                 let why = "a material sends on nearly all light that it gets, or more, and adds some: recursion \
@@ -116,12 +118,23 @@ impl Ceiling {
         let levels: Vec<[f64; 3]> = levels.into_iter().map(|level| level.map(|c| c * SLACK)).collect();
         let ceiling = levels.last().copied().filter(|level| level.iter().all(|c| c.is_finite()));
         let levels = levels.into_iter().map(|level| level.map(|c| c.min(NO_BOUND))).collect();
-        Self { levels, reach: Reach { max_depth: Some(max_depth), ceiling, why, because } }
+        Self { levels, clear: 1.0, reach: Reach { max_depth: Some(max_depth), ceiling, why, because } }
+    }
+
+    /// The most that a ray sees of a transparent background which begins a chain of at most `rays`: nothing where it is of none.
+    pub fn clear(&self, rays: u32) -> f64 {
+        if self.of(rays) == [0.0; 3] { 0.0 } else { self.clear }
     }
 
     /// Multiplies it. Tests use it to see that a ceiling which is too low is noticed.
     pub fn scale(&mut self, factor: f64) {
         self.levels.iter_mut().flatten().for_each(|level| *level *= factor);
+    }
+
+    /// The same with the largest factor on the light of a transparent background.
+    #[must_use]
+    pub fn with_clear(self, clear: f64) -> Self {
+        Self { clear: clear.min(NO_BOUND), ..self }
     }
 
     /// The ceiling of a ray that begins a chain of at most `rays`.

@@ -11,6 +11,12 @@ fn allowed_raise(low: f32, max_codes: u8) -> u8 {
     if low > 0.0 { max_codes } else { 0 }
 }
 
+/// How much of a transparent background a pixel may have missed that is to be at most `max_codes` off: half a code where alpha is to
+/// be exact.
+pub(crate) fn alpha_allowed(max_codes: u8) -> f64 {
+    f64::from(max_codes).max(0.5) / 255.0
+}
+
 /// Whether each channel of a pixel is proved to be at most `max_codes` off.
 pub(crate) fn proved(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> [bool; 3] {
     if display.is_plain() {

@@ -9,6 +9,8 @@ pub struct BoundedPixel {
     pub at: [u32; 2],
     /// Its upper bound: the sum of what was traced, and the most that the omitted rays could add.
     pub highest: [f32; 3],
+    /// The least alpha that it may have, where the background is transparent.
+    pub least_alpha: f32,
 }
 
 /// All such pixels of a picture, in no particular order. There may be as many as pixels, so they stay in the parts in

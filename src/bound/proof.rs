@@ -56,7 +56,7 @@ impl Part {
     fn add(self, film: &Film, bounded: &BoundedPixel) -> Self {
         let (index, highest) = (film.region.index(bounded.at), bounded.highest);
         let shown = film.pixels[index];
-        let codes = film.codes_off(index, highest).into_iter().fold(0, u8::max);
+        let codes = film.codes_off(index, highest, bounded.least_alpha).into_iter().fold(0, u8::max);
         let linear: [f32; 3] = std::array::from_fn(|c| (highest[c] - shown[c]).max(0.0));
         let most = linear.into_iter().fold(0.0, f32::max);
         self.and(Self {

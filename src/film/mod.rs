@@ -154,26 +154,39 @@ impl Film {
         self.pixels.par_iter().zip(&self.alpha).map(undo).unzip()
     }
 
-    /// How many codes a pixel is off at most, channel by channel, if its radiance is nowhere above `highest`: of the picture
-    /// over black where the background is transparent. Over any brighter one it is no more, since codes of dark colours are
-    /// the nearest to each other.
-    pub fn codes_off(&self, index: usize, highest: [f32; 3]) -> [u8; 3] {
+    /// How many codes a pixel is off at most, channel by channel, if its radiance is nowhere above `highest`, and its alpha not below
+    /// `least_alpha`: of the picture over black where the background is transparent, and of its alpha. Over any brighter one
+    /// colours are off by no more, since codes of dark colours are the nearest to each other.
+    pub fn codes_off(&self, index: usize, highest: [f32; 3], least_alpha: f32) -> [u8; 3] {
         let pixel = self.pixels[index];
         if highest.iter().any(|channel| channel.is_infinite()) {
             // Nothing is known of it: a pixel that was not traced may also be darker than it is shown.
             return self.display.codes(pixel).map(|code| code.max(u8::MAX - code));
         }
-        let alpha = self.alpha.get(index).filter(|_| !self.display.is_linear());
-        let Some(&alpha) = alpha else { return self.display.codes_off(pixel, highest) };
+        let Some(&alpha) = self.alpha.get(index) else { return self.display.codes_off(pixel, highest) };
         if alpha <= 0.0 {
             return [0; 3];
         }
-        let [low, high] = [pixel, highest].map(|radiance| radiance.map(|c| c / alpha));
-        let over_black = |color: f32| srgb::code8(color.min(1.0) * alpha);
-        let (shown, ends) = (self.display.show(low).map(over_black), self.display.ends(low, high));
-        std::array::from_fn(|c| {
-            let [least, most] = ends[c].map(over_black);
-            most.saturating_sub(shown[c]).max(shown[c].saturating_sub(least))
-        })
+        let least = least_alpha.min(alpha);
+        let of_colors = match self.display.is_linear() {
+            true => self.display.codes_off(pixel, highest),
+            false => self.codes_off_by_tone(pixel, highest, [alpha, least]),
+        };
+        let code = |alpha: f32| (255.0 * alpha).round() as u8;
+        of_colors.map(|off| off.max(code(alpha) - code(least)))
+    }
+
+    /// The same over black, where tone is of colours that are not multiplied by an alpha between those given.
+    fn codes_off_by_tone(&self, pixel: [f32; 3], highest: [f32; 3], [alpha, least]: [f32; 2]) -> [u8; 3] {
+        let over_black = |color: f32, alpha: f32| srgb::code8(color.min(1.0) * alpha);
+        let shown = self.display.show(pixel.map(|c| c / alpha)).map(|color| over_black(color, alpha));
+        let mut off = [0; 3];
+        for alpha in [alpha, least].into_iter().filter(|alpha| *alpha > 0.0) {
+            let [low, high] = [pixel, highest].map(|radiance| radiance.map(|c| c / alpha));
+            let ends = self.display.ends(low, high).map(|ends| ends.map(|color| over_black(color, alpha)));
+            off =
+                std::array::from_fn(|c| ends[c].into_iter().fold(off[c], |off, code| off.max(code.abs_diff(shown[c]))));
+        }
+        off
     }
 }

@@ -45,7 +45,7 @@ impl Map {
         if kind == MapKind::Proved {
             for bounded in picture.bounded.iter() {
                 let index = region.index(bounded.at);
-                let off = picture.film.codes_off(index, bounded.highest);
+                let off = picture.film.codes_off(index, bounded.highest, bounded.least_alpha);
                 values[index] = f32::from(off.into_iter().fold(0, u8::max));
             }
             return Self { kind, region, values };

@@ -346,8 +346,8 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
         })
     }
 
-    fn outside(&mut self, radiance: V3<L>) {
-        self.push(Node { contribution: wide(radiance), ..blank() });
+    fn outside(&mut self) {
+        self.push(blank());
     }
 
     /// A ray that adds twice has added the fog on its way first.

@@ -32,7 +32,7 @@ pub(super) struct Block {
 }
 
 impl Block {
-    pub(super) fn new(scene: &Scene, block: Region, pixels: &[[f32; 3]], cost: PacketCost) -> Self {
+    pub(super) fn new(scene: &Scene, block: Region, codes: &[[u8; 6]], cost: PacketCost) -> Self {
         let mut seen = Self {
             region: block,
             pixels: block.pixels(),
@@ -43,18 +43,17 @@ impl Block {
             chances: [Chances::default(); 2],
         };
         if scene.refines() {
-            let codes: Vec<[u8; 3]> = pixels.iter().map(|p| scene.display().codes(*p)).collect();
             let apart = |c: usize| {
                 codes.iter().map(|p| p[c]).max() > codes.iter().map(|p| p[c].saturating_add(CONTRAST - 1)).min()
             };
-            if (0..3).any(apart) {
-                block.iter().for_each(|at| seen.look(scene, block, &codes, at));
+            if (0..6).any(apart) {
+                block.iter().for_each(|at| seen.look(scene, block, codes, at));
             }
         }
         seen
     }
 
-    fn look(&mut self, scene: &Scene, block: Region, codes: &[[u8; 3]], [x, y]: [u32; 2]) {
+    fn look(&mut self, scene: &Scene, block: Region, codes: &[[u8; 6]], [x, y]: [u32; 2]) {
         let contrast = contrast_in(codes, block, [x, y]);
         if contrast < CONTRAST {
             return;

@@ -48,13 +48,6 @@ impl Expected {
         let reach = |end: usize| math::hypot(self.interval[end] - self.value, by);
         Self { interval: [(self.value - reach(0)).max(0.0), self.value + reach(1)], ..self }
     }
-
-    /// The sum of independent estimates.
-    fn and(self, other: Self) -> Self {
-        let value = self.value + other.value;
-        let off = |end: usize| math::hypot(self.interval[end] - self.value, other.interval[end] - other.value);
-        Self { value, interval: [value - off(0), value + off(1)] }
-    }
 }
 
 /// Estimates of a pilot for the whole region.
@@ -89,36 +82,7 @@ pub struct Pilot {
 impl Pilot {
     /// Traces a pilot of a region, which must fit the picture, on the current rayon pool.
     pub fn run(scene: &Scene, region: Region, control: &Control, effort: Effort) -> Result<Self, Cancelled> {
-        let of = |scene: &Scene| Ok(Self::of(&Survey::make(scene, region, control, effort)?, region));
-        let pilot = of(scene)?;
-        // Alpha is a picture of its own.
-        Ok(match scene.matte() {
-            Some(matte) => pilot.and(&of(&matte)?),
-            None => pilot,
-        })
-    }
-
-    /// The pilot of both pictures, of the same pixels.
-    fn and(self, other: &Self) -> Self {
-        let nanoseconds = [self.nanoseconds(), other.nanoseconds()];
-        let off = math::hypot(self.time_off * nanoseconds[0], other.time_off * nanoseconds[1]);
-        let mean = |[a, b]: [f64; 2], [of_a, of_b]: [f64; 2]| (a * of_a + b * of_b) / (of_a + of_b).max(1.0);
-        let time = |kind: usize| {
-            let rays = [self.kinds[kind].value, other.kinds[kind].value];
-            mean([self.times.nanoseconds[kind], other.times.nanoseconds[kind]], rays)
-        };
-        let added_times = [self.added_nanoseconds, other.added_nanoseconds];
-        Self {
-            times: RayTimes { nanoseconds: std::array::from_fn(time) },
-            kinds: std::array::from_fn(|kind| self.kinds[kind].and(other.kinds[kind])),
-            total_reflections: self.total_reflections.and(other.total_reflections),
-            added: self.added.and(other.added),
-            rays: self.rays.and(other.rays),
-            added_nanoseconds: mean(added_times, [self.added.value, other.added.value]),
-            is_cut_off: self.is_cut_off || other.is_cut_off,
-            time_off: off / (nanoseconds[0] + nanoseconds[1]).max(1.0),
-            ..self
-        }
+        Ok(Self::of(&Survey::make(scene, region, control, effort)?, region))
     }
 
     fn of(survey: &Survey, region: Region) -> Self {

@@ -72,11 +72,11 @@ impl Survey {
         let probe = Probe::new(scene, control);
         let in_time = Control::until(Instant::now() + LONGEST.max(effort.time));
         let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));
-        let block = |at: Region, pixels: &[[f32; 3]], cost: PacketCost| {
+        let block = |at: Region, codes: &[[u8; 6]], cost: PacketCost| {
             let PacketCost { rays, nanoseconds } = cost;
             let more = if scene.adaptive { border_share(scene, region, at.pixels(), rays.camera) } else { 0.0 };
             let cost = PacketCost { rays: rays.times(1.0 + more), nanoseconds: nanoseconds * (1.0 + more) };
-            Block::new(scene, at, pixels, cost)
+            Block::new(scene, at, codes, cost)
         };
         let trace = |k: u32| -> Vec<(u32, Block)> {
             if k > 0 && is_late(1.0) {
@@ -86,7 +86,7 @@ impl Survey {
             let regions: Vec<Region> = run.iter().map(|cell| cells.block(*cell)).collect();
             let _entered = in_time.enter();
             let traced = probe.blocks(&regions).into_iter().zip(regions);
-            run.into_iter().zip(traced.map(|((pixels, cost), at)| block(at, &pixels, cost))).collect()
+            run.into_iter().zip(traced.map(|((codes, cost), at)| block(at, &codes, cost))).collect()
         };
         let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
             let mut blocks: Vec<_> = runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect();

@@ -60,14 +60,20 @@ struct Pixel {
     squares: [f64; 3],
     /// Mean of the upper ends.
     highest: [f64; 3],
+    /// Mean of their alpha.
+    alpha: f64,
+    /// Mean of the least that it can be.
+    least_alpha: f64,
     /// Width of the interval in codes, at the last test.
     width: f64,
 }
 
 impl Pixel {
-    fn add(&mut self, low: [f32; 3], high: [f32; 3]) {
+    fn add(&mut self, low: [f32; 3], high: [f32; 3], [alpha, least_alpha]: [f32; 2]) {
         self.batches += 1;
         let n = f64::from(self.batches);
+        self.alpha += (f64::from(alpha) - self.alpha) / n;
+        self.least_alpha += (f64::from(least_alpha) - self.least_alpha) / n;
         for c in 0..3 {
             let away = f64::from(low[c]) - self.mean[c];
             self.mean[c] += away / n;
@@ -121,9 +127,11 @@ pub(super) fn trace<R: KernelFormat>(
                 costs[*index] = costs[*index].and(cost);
             }
             let mut bounded = part.bounded.iter().peekable();
-            for (index, low) in open.iter().zip(part.pixels) {
-                let high = bounded.next_if(|bounded| bounded.at == at[*index]).map_or(low, |bounded| bounded.highest);
-                pixels[*index].add(low, high);
+            let alpha = part.alpha.into_iter().chain(std::iter::repeat(1.0));
+            for ((index, low), alpha) in open.iter().zip(part.pixels).zip(alpha) {
+                let found = bounded.next_if(|bounded| bounded.at == at[*index]);
+                let (high, least) = found.map_or((low, alpha), |bounded| (bounded.highest, bounded.least_alpha));
+                pixels[*index].add(low, high, [alpha, least]);
             }
         }
         let doubt = (1.0 - target.confidence) / f64::from(look * (look + 1));
@@ -147,6 +155,9 @@ pub(super) fn trace<R: KernelFormat>(
         let mean = pixel.mean.map(|c| c as f32);
         let highest = pixel.highest.map(|c| c as f32);
         out.widths.push(pixel.width.ceil() as u8);
+        if job.world.transparent {
+            out.alpha.push(pixel.alpha as f32);
+        }
         if mean == highest {
             out.pixels.push(mean);
             continue;
@@ -154,7 +165,7 @@ pub(super) fn trace<R: KernelFormat>(
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
         let (shown, highest) = show(&job.world.display, mean.map(f64::from), ends, job.pruning);
         out.pixels.push(shown);
-        bounded.push(BoundedPixel { at, highest });
+        bounded.push(BoundedPixel { at, highest, least_alpha: pixel.least_alpha as f32 });
     }
     out.bounded.add(bounded);
 }

@@ -35,6 +35,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
     pub(super) fn refine(&self, pixels: &[Uneven]) -> Result<Traced, Cancelled> {
         let mut all = Traced { pixels: vec![[0.0; 3]; pixels.len()], ..Traced::default() };
         all.widths = vec![0; pixels.len()];
+        all.alpha = vec![0.0; if self.job.world.transparent { pixels.len() } else { 0 }];
         for (samples, _) in LEVELS {
             let of_level = |index: &usize| refined_samples(pixels[*index].contrast, self.scene.samples) == samples;
             let indices: Vec<usize> = (0..pixels.len()).filter(of_level).collect();
@@ -42,6 +43,9 @@ impl<R: KernelFormat> Renderer<'_, R> {
             let mut level = self.list(&at, samples)?;
             for (index, (pixel, width)) in indices.iter().zip(level.pixels.drain(..).zip(level.widths.drain(..))) {
                 (all.pixels[*index], all.widths[*index]) = (pixel, width);
+            }
+            for (index, alpha) in indices.iter().zip(level.alpha.drain(..)) {
+                all.alpha[*index] = alpha;
             }
             all.append(level);
         }

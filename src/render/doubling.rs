@@ -40,8 +40,8 @@ const LEFT: f32 = 0.6;
 const CONTRAST: f32 = 0.1;
 /// Edge of the part of a picture that is worked on at a time. Its border is traced for its neighbours, too.
 const EDGE: u32 = 256;
-/// Bytes of what is known of a pixel: twice its sums, while a run is added, its place, its codes and two numbers.
-const PIXEL_BYTES: u64 = 2 * size_of::<PixelSums>() as u64 + 36;
+/// Bytes of what is known of a pixel: twice its sums, while a run is added, its place, its codes over black and white, and two numbers.
+const PIXEL_BYTES: u64 = 2 * size_of::<PixelSums>() as u64 + 48;
 
 /// Bytes of memory that adaptive sampling takes beside a picture of so many pixels.
 pub fn sampling_bytes(scene: &Scene, pixels: u64) -> u64 {
@@ -68,8 +68,8 @@ struct Patch<'a, R> {
     around: Region,
     /// Row by row.
     sums: Vec<PixelSums>,
-    /// The mean of each, in codes.
-    codes: Vec<[f32; 3]>,
+    /// The mean of each, in codes: over black, and half of that over white where the background is transparent.
+    codes: Vec<[[f32; 3]; 2]>,
     /// The difference between the last two means of each, in codes of the worst channel.
     differences: Vec<f32>,
     /// That of each with its surroundings.
@@ -92,11 +92,16 @@ fn target(samples: u32) -> f32 {
 impl<R: KernelFormat> Renderer<'_, R> {
     /// A region with as many samples as each pixel asks for, row by row.
     pub(super) fn doubled(&self, region: Region) -> Result<Traced, Cancelled> {
-        let mut all = Traced { pixels: vec![[0.0; 3]; region.pixels() as usize], ..Traced::default() };
+        let count = region.pixels() as usize;
+        let alpha = vec![0.0; if self.job.world.transparent { count } else { 0 }];
+        let mut all = Traced { pixels: vec![[0.0; 3]; count], alpha, ..Traced::default() };
         for wanted in region.tiles(EDGE) {
             let mut part = self.patch(wanted)?.shown()?;
             for (at, pixel) in wanted.iter().zip(std::mem::take(&mut part.pixels)) {
                 all.pixels[region.index(at)] = pixel;
+            }
+            for (at, alpha) in wanted.iter().zip(std::mem::take(&mut part.alpha)) {
+                all.alpha[region.index(at)] = alpha;
             }
             all.append(part);
         }
@@ -138,7 +143,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             wanted,
             around,
             sums: vec![PixelSums::default(); count],
-            codes: vec![[0.0; 3]; count],
+            codes: vec![[[0.0; 3]; 2]; count],
             differences: vec![0.0; count],
             likely: vec![0.0; count],
             traced: Traced::default(),
@@ -156,8 +161,8 @@ fn beside([x, y]: [u32; 2], around: Region) -> Region {
 }
 
 /// The difference of two colours in codes, in the worst channel.
-fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
+fn apart(a: [[f32; 3]; 2], b: [[f32; 3]; 2]) -> f32 {
+    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
 impl<R: KernelFormat> Patch<'_, R> {
@@ -195,13 +200,19 @@ impl<R: KernelFormat> Patch<'_, R> {
 
     /// Compares the last two means of pixels.
     fn compare(&mut self, at: &[[u32; 2]]) {
-        let (around, sums, display) = (self.around, &self.sums, &self.job.world.display);
+        let (around, sums, world) = (self.around, &self.sums, self.job.world);
+        let codes = |(light, clear): ([f64; 3], f64)| {
+            let light = light.map(|c| c as f32);
+            let over_black = world.display.fine_codes(light, 0.0);
+            let half_over_white = || world.display.fine_codes(light, clear as f32).map(|code| 0.5 * code);
+            [over_black, if world.transparent { half_over_white() } else { over_black }]
+        };
         let difference = |at: &[u32; 2]| {
             let mean = sums[around.index(*at)].mean();
-            let [all, half] = [mean.light, mean.halves[0]].map(|light| display.fine_codes(light.map(|c| c as f32)));
+            let [all, half] = [(mean.light, mean.clear), (mean.halves[0], mean.clear_of_half)].map(codes);
             (all, apart(all, half))
         };
-        let differences: Vec<([f32; 3], f32)> = at.par_iter().with_min_len(1 << 10).map(difference).collect();
+        let differences: Vec<([[f32; 3]; 2], f32)> = at.par_iter().with_min_len(1 << 10).map(difference).collect();
         for (at, (codes, difference)) in at.iter().zip(differences) {
             let index = around.index(*at);
             (self.codes[index], self.differences[index]) = (codes, difference);
@@ -264,6 +275,7 @@ impl<R: KernelFormat> Patch<'_, R> {
             bounded.retain(|bounded| !traced_again.contains(&bounded.at));
             bounded.extend(again.bounded.iter().copied());
             at.iter().zip(again.pixels).for_each(|(at, pixel)| out.pixels[self.wanted.index(*at)] = pixel);
+            at.iter().zip(again.alpha).for_each(|(at, alpha)| out.alpha[self.wanted.index(*at)] = alpha);
             out.rays = out.rays + again.rays;
             out.costs.extend(again.costs);
         }

@@ -7,7 +7,7 @@ use super::first_hits::{FirstHits, Middle, SAMPLES, Sampled, Wanted, first_hits}
 use super::packets::{KernelFormat, TraceJob};
 use super::renderer::Renderer;
 use super::tiles::BLOCK;
-use super::{Picture, RenderOptions, render_seen};
+use super::{Picture, RenderOptions, render_window_with};
 use crate::camera::Window;
 use crate::control::{Cancelled, Control};
 use crate::film::cryptomatte::{Cryptomatte, Ranks, id};
@@ -343,7 +343,7 @@ fn share(
     let Some(glowing) = scene.glowing(object, SAMPLES) else {
         return Ok((vec![0.0; region.pixels() as usize], RayCounts::default()));
     };
-    let Picture { film, rays, .. } = render_seen(&glowing, window, region, control, RenderOptions::default())?;
+    let Picture { film, rays, .. } = render_window_with(&glowing, window, region, control, RenderOptions::default())?;
     let mean = |light: &[f32; 3]| (light.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0);
     Ok((film.pixels.iter().map(mean).collect(), rays))
 }

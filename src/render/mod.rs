@@ -1,7 +1,6 @@
 //! Rendering a picture: tiles on the current rayon pool, antialiasing, progressive and adaptive modes, cancellation.
 
 mod adaptive_sampling;
-mod alpha;
 mod antialiasing;
 mod confidence;
 mod contrast;
@@ -26,7 +25,7 @@ mod thread_time;
 mod tiles;
 
 use crate::camera::Window;
-use crate::film::Region;
+use crate::film::{Film, Region};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
@@ -53,7 +52,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 19;
+pub const RENDER_EPOCH: u32 = 20;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {
@@ -84,9 +83,11 @@ fn render_window_with(
     options: RenderOptions,
 ) -> Result<Picture, Cancelled> {
     let start = Stopwatch::start();
-    let (alpha, rays) = alpha::alpha(scene, window, region, control, options)?;
-    let picture = render_seen(scene, window, region, control, options)?;
-    Ok(Picture { trace_ms: start.milliseconds(), ..picture.with_alpha(alpha, rays) })
+    let picture = match &scene.world {
+        Precise::Single(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
+        Precise::Double(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
+    };
+    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
 /// Renders the pixel in the middle of each block of `step` x `step` pixels, exactly as the whole picture has it, and lists the
@@ -107,22 +108,8 @@ pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control)
         Precise::Single(world) => of(scene, world, step, timed, control)?,
         Precise::Double(world) => of(scene, world, step, timed, control)?,
     };
-    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
-}
-
-fn render_seen(
-    scene: &Scene,
-    window: &Window,
-    region: Region,
-    control: &Control,
-    options: RenderOptions,
-) -> Result<Picture, Cancelled> {
-    let start = Stopwatch::start();
-    let picture = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
-        Precise::Double(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
-    };
-    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
+    let film = Film { alpha: Vec::new(), ..picture.film };
+    Ok(Picture { film, trace_ms: start.milliseconds(), ..picture })
 }
 
 /// Samples of one pixel of the scene's picture.

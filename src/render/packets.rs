@@ -53,6 +53,8 @@ pub(crate) struct TraceJob<'a, R> {
 pub(crate) struct Traced {
     /// In the order asked for.
     pub(crate) pixels: Vec<[f32; 3]>,
+    /// Their alpha, if the background is transparent.
+    pub(super) alpha: Vec<f32>,
     /// The sums of their samples instead, if asked for.
     pub(super) sums: Vec<PixelSums>,
     /// Those that may miss light, in the same order if they were traced by one call.
@@ -73,6 +75,7 @@ impl Traced {
     pub(super) fn joined(parts: Vec<Self>) -> Self {
         let mut all = Self::default();
         all.pixels.reserve(parts.iter().map(|part| part.pixels.len()).sum());
+        all.alpha.reserve(parts.iter().map(|part| part.alpha.len()).sum());
         parts.into_iter().for_each(|part| all.append(part));
         all
     }
@@ -80,6 +83,7 @@ impl Traced {
     /// Adds those of others.
     pub(super) fn append(&mut self, part: Self) {
         self.pixels.extend(part.pixels);
+        self.alpha.extend(part.alpha);
         self.sums.extend(part.sums);
         self.bounded.append(part.bounded);
         self.widths.extend(part.widths);
@@ -150,10 +154,14 @@ fn show_pixels<R: Real>(
             }
         }
     }
+    if job.world.transparent {
+        out.alpha.extend((0..pixels.len()).map(|pixel| sums.mean(pixel).alpha()));
+    }
     for pixel in lanes_of(sums.incomplete()) {
-        let (shown, highest) = show_bounded(job, &sums.mean(pixel));
+        let mean = sums.mean(pixel);
+        let (shown, highest) = show_bounded(job, &mean);
         out.pixels[first + pixel] = shown;
-        bounded.push(BoundedPixel { at: pixels[pixel], highest });
+        bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha: mean.least_alpha() });
     }
 }
 
@@ -165,12 +173,15 @@ pub(super) fn show_pixel<R: Real>(
     out: &mut Traced,
     bounded: &mut Vec<BoundedPixel>,
 ) {
+    if job.world.transparent {
+        out.alpha.push(mean.alpha());
+    }
     if !mean.is_incomplete() {
         return out.pixels.push(mean.light.map(|channel| channel as f32));
     }
     let (shown, highest) = show_bounded(job, mean);
     out.pixels.push(shown);
-    bounded.push(BoundedPixel { at, highest });
+    bounded.push(BoundedPixel { at, highest, least_alpha: mean.least_alpha() });
 }
 
 /// What is shown of a pixel that may miss light, and its upper bound.

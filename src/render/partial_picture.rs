@@ -1,7 +1,6 @@
 //! A picture while it is rendered in steps.
 
-use super::alpha::of_clear;
-use super::contrast::{CONTRAST, codes_of, contrasts};
+use super::contrast::{CONTRAST, codes_of, contrasts, half_codes_over_white};
 use super::held_out::{HeldOut, QUANTILES};
 use super::interpolation::interpolate;
 use super::ladder::{Chunk, Ladder};
@@ -23,16 +22,20 @@ pub(super) struct PartialPicture {
     /// How light becomes colours.
     display: Display,
     shown: Vec<[f32; 3]>,
-    /// What each pixel sees of a white background; empty where the background is opaque.
-    clear: Vec<[f32; 3]>,
+    /// The alpha of each pixel; empty where the background is opaque.
+    alpha: Vec<f32>,
     /// Upper bound of each traced pixel.
     highest: Vec<[f32; 3]>,
+    /// The least alpha of each traced pixel.
+    least_alpha: Vec<f32>,
     /// The level of each pixel on the ladder.
     pub(super) levels: Vec<u8>,
     /// Whether rays that were omitted at first could bring a pixel more than a code.
     lacks: Vec<bool>,
     /// Codes of the pixels, before antialiasing.
     codes: Vec<[u8; 3]>,
+    /// Half of those over white, where the background is transparent.
+    half_codes_over_white: Vec<[u8; 3]>,
     /// Contrast of each pixel to its neighbours, before antialiasing.
     pub(super) contrasts: Vec<u8>,
     /// Interval of each pixel in codes, if it has several samples.
@@ -46,26 +49,21 @@ pub(super) struct PartialPicture {
     pub(super) refining: RayCounts,
 }
 
-/// A traced chunk, which may end early.
-#[derive(Default)]
-pub(super) struct Painted {
-    pub(super) traced: Traced,
-    /// What it sees of a white background, if the background is transparent.
-    pub(super) clear: Traced,
-}
-
 impl PartialPicture {
     pub(super) fn new(region: Region, display: Display, is_transparent: bool) -> Self {
         let count = region.pixels() as usize;
+        let count_of_alpha = if is_transparent { count } else { 0 };
         Self {
             region,
             display,
             shown: vec![[0.0; 3]; count],
-            clear: vec![[0.0; 3]; if is_transparent { count } else { 0 }],
+            alpha: vec![0.0; count_of_alpha],
             highest: vec![[0.0; 3]; count],
+            least_alpha: vec![0.0; count_of_alpha],
             levels: vec![0; count],
             lacks: vec![false; count],
             codes: vec![[0; 3]; count],
+            half_codes_over_white: vec![[0; 3]; count_of_alpha],
             contrasts: vec![0; count],
             widths: vec![0; count],
             was_updated: false,
@@ -99,12 +97,11 @@ impl PartialPicture {
     }
 
     /// Takes up the pixels of a chunk, of which those at the end may not have been traced.
-    pub(super) fn paint(&mut self, chunk: &Chunk<'_>, ladder: &Ladder, Painted { traced, clear }: &Painted) {
-        let rays = traced.rays + clear.rays;
-        self.rays = self.rays + rays;
+    pub(super) fn paint(&mut self, chunk: &Chunk<'_>, ladder: &Ladder, traced: &Traced) {
+        self.rays = self.rays + traced.rays;
         let (level, refines) = (chunk.level, ladder.refines(chunk.level));
         if refines {
-            self.refining = self.refining + rays;
+            self.refining = self.refining + traced.rays;
         }
         for (&at, pixel) in chunk.pixels.iter().zip(&traced.pixels) {
             let index = self.region.index(at);
@@ -115,14 +112,19 @@ impl PartialPicture {
             }
             (self.shown[index], self.highest[index], self.levels[index]) = (*pixel, *pixel, level);
         }
-        for (&at, clear) in chunk.pixels.iter().zip(&clear.pixels) {
-            self.clear[self.region.index(at)] = *clear;
+        for (&at, alpha) in chunk.pixels.iter().zip(&traced.alpha) {
+            let index = self.region.index(at);
+            (self.alpha[index], self.least_alpha[index]) = (*alpha, *alpha);
         }
         for (&at, width) in chunk.pixels.iter().zip(&traced.widths) {
             self.widths[self.region.index(at)] = *width;
         }
         for bounded in traced.bounded.iter() {
-            self.highest[self.region.index(bounded.at)] = bounded.highest;
+            let index = self.region.index(bounded.at);
+            self.highest[index] = bounded.highest;
+            if let Some(least) = self.least_alpha.get_mut(index) {
+                *least = bounded.least_alpha;
+            }
         }
         for &at in chunk.pixels.iter().take(if level <= 2 { traced.pixels.len() } else { 0 }) {
             let index = self.region.index(at);
@@ -132,46 +134,47 @@ impl PartialPicture {
 
     /// Brings what is known of all pixels up to date: those that were not traced, and contrasts.
     pub(super) fn update(&mut self, ladder: &Ladder) {
-        let levels = &self.levels;
+        let (levels, width) = (&self.levels, self.region.width);
         interpolate(&mut self.shown, self.region, COARSEST, |index| levels[index] > 0);
-        let codes = codes_of(&self.display, &self.shown);
-        self.codes
-            .par_iter_mut()
-            .zip(codes)
-            .zip(levels)
-            .filter(|(_, level)| !ladder.refines(**level))
-            .for_each(|((code, new), _)| *code = new);
-        self.contrasts = contrasts(&self.codes, self.region.width);
+        let update = |codes: &mut Vec<[u8; 3]>, new: Vec<[u8; 3]>| {
+            let each = codes.par_iter_mut().zip(new).zip(levels);
+            each.filter(|(_, level)| !ladder.refines(**level)).for_each(|((code, new), _)| *code = new);
+        };
+        update(&mut self.codes, codes_of(&self.display, &self.shown));
+        self.contrasts = contrasts(&self.codes, width);
+        if !self.alpha.is_empty() {
+            let alpha = interpolated_alpha(&self.alpha, self.region, levels);
+            update(&mut self.half_codes_over_white, half_codes_over_white(&self.display, &self.shown, &alpha));
+            let over_white = contrasts(&self.half_codes_over_white, width);
+            self.contrasts.iter_mut().zip(over_white).for_each(|(most, contrast)| *most = contrast.max(*most));
+        }
         self.was_updated = true;
     }
 
     /// The pixels so far, interpolated where they were not traced. It changes nothing, so watchers do not change a picture.
     pub(super) fn so_far(&self) -> Vec<[f32; 3]> {
-        self.interpolated(&self.shown)
+        let mut pixels = self.shown.clone();
+        interpolate(&mut pixels, self.region, COARSEST, |index| self.levels[index] > 0);
+        pixels
     }
 
     /// The alpha of the pixels so far, interpolated where they were not traced; empty where the background is opaque.
     pub(super) fn alpha(&self) -> Vec<f32> {
-        if self.clear.is_empty() { Vec::new() } else { of_clear(&self.interpolated(&self.clear)) }
-    }
-
-    fn interpolated(&self, pixels: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let mut pixels = pixels.to_vec();
-        interpolate(&mut pixels, self.region, COARSEST, |index| self.levels[index] > 0);
-        pixels
+        if self.alpha.is_empty() { Vec::new() } else { interpolated_alpha(&self.alpha, self.region, &self.levels) }
     }
 
     /// The picture so far, once it is up to date. Pixels that were not traced have no upper bound. `tells` says whether intervals
     /// can be estimated.
     pub(super) fn filled(self, ladder: &Ladder, tells: bool) -> Traced {
         let widths = if tells { self.all_widths(ladder) } else { Vec::new() };
-        let Self { region, shown, highest, levels, rays, .. } = self;
+        let Self { region, shown, highest, least_alpha, levels, rays, .. } = self;
         let rows = shown.par_chunks(region.width as usize).zip(region.y..region.y + region.height);
         let of_row = |(row, y): (&[[f32; 3]], u32)| -> Vec<BoundedPixel> {
             let of_pixel = |(shown, x): (&[f32; 3], u32)| {
                 let index = region.index([x, y]);
                 let highest = if levels[index] == 0 { [f32::INFINITY; 3] } else { highest[index] };
-                (highest != *shown).then_some(BoundedPixel { at: [x, y], highest })
+                let least_alpha = least_alpha.get(index).copied().unwrap_or_default();
+                (highest != *shown).then_some(BoundedPixel { at: [x, y], highest, least_alpha })
             };
             row.iter().zip(region.x..).filter_map(of_pixel).collect()
         };
@@ -223,6 +226,13 @@ impl PartialPicture {
         // Nothing to compare a single one with.
         if first.pixels() == 1 { u8::MAX } else { contrasts[contrasts.len() * 19 / 20] }
     }
+}
+
+/// The alpha of pixels, interpolated where they were not traced.
+fn interpolated_alpha(alpha: &[f32], region: Region, levels: &[u8]) -> Vec<f32> {
+    let mut pixels: Vec<[f32; 3]> = alpha.iter().map(|alpha| [*alpha; 3]).collect();
+    interpolate(&mut pixels, region, COARSEST, |index| levels[index] > 0);
+    pixels.into_iter().map(|[alpha, ..]| alpha).collect()
 }
 
 /// The difference of two colors in codes, in the worst channel.

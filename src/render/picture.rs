@@ -39,13 +39,6 @@ impl Picture {
         Proof::of(&self.film, &self.bounded)
     }
 
-    /// The same with an alpha channel, which took some rays.
-    pub(super) fn with_alpha(mut self, alpha: Vec<f32>, rays: RayCounts) -> Self {
-        self.film.alpha = alpha;
-        self.rays = self.rays + rays;
-        self
-    }
-
     /// The upper bound of each pixel for recursion without end, row by row.
     pub fn highest(&self) -> Vec<[f32; 3]> {
         let mut highest = self.film.pixels.clone();

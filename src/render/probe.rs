@@ -1,7 +1,7 @@
 //! Probes: a few blocks of pixels, traced and timed for the [`pilot`](crate::plan::pilot).
 
 use super::antialiasing::{Uneven, refined_samples};
-use super::contrast::{CONTRAST, codes_of, contrasts};
+use super::contrast::{CONTRAST, codes_over_both, contrasts_of};
 use super::packets::{KernelFormat, Traced};
 use crate::control::Control;
 use crate::trace::counts::RayCounts;
@@ -49,8 +49,8 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The base samples of blocks, which are all of the same size.
-    pub(crate) fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
+    /// The codes of the base samples of blocks, which are all of the same size, over black, and half of those over white.
+    pub(crate) fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[u8; 6]>, PacketCost)> {
         match self {
             Self::Single(renderer) => renderer.blocks(blocks),
             Self::Double(renderer) => renderer.blocks(blocks),
@@ -68,7 +68,7 @@ impl<'a> Probe<'a> {
 }
 
 impl<R: KernelFormat> Renderer<'_, R> {
-    fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[f32; 3]>, PacketCost)> {
+    fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[u8; 6]>, PacketCost)> {
         let whole = blocks.iter().all(|block| block.pixels() == u64::from(BLOCK * BLOCK));
         if !whole || self.scene.adaptive || self.scene.statistical.is_some() {
             // The number of pixels is not that of a block.
@@ -79,11 +79,11 @@ impl<R: KernelFormat> Renderer<'_, R> {
         R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
         self.control.add_rays(traced.rays.total());
         let packets = traced.packets.chunks(traced.packets.len() / blocks.len().max(1));
-        let pixels = traced.pixels.chunks(MAX_LANES);
-        pixels.zip(packets).map(|(pixels, packets)| (pixels.to_vec(), PacketCost::of(packets))).collect()
+        let codes = codes_over_both(&self.job.world.display, &traced.pixels, &traced.alpha);
+        codes.chunks(MAX_LANES).zip(packets).map(|(codes, packets)| (codes.to_vec(), PacketCost::of(packets))).collect()
     }
 
-    fn block(&self, block: &Region) -> (Vec<[f32; 3]>, PacketCost) {
+    fn block(&self, block: &Region) -> (Vec<[u8; 6]>, PacketCost) {
         let at: Vec<[u32; 2]> = block.iter().collect();
         let mut traced = Traced::default();
         let started = ThreadTime::start();
@@ -95,7 +95,8 @@ impl<R: KernelFormat> Renderer<'_, R> {
             self.control.add_rays(traced.rays.total());
         }
         let nanoseconds = started.nanoseconds();
-        (traced.pixels, PacketCost { rays: traced.rays, nanoseconds })
+        let codes = codes_over_both(&self.job.world.display, &traced.pixels, &traced.alpha);
+        (codes, PacketCost { rays: traced.rays, nanoseconds })
     }
 
     fn refined(&self, block: Region, tile: Region) -> Option<(PacketCost, u32)> {
@@ -104,9 +105,10 @@ impl<R: KernelFormat> Renderer<'_, R> {
             let mut traced = Traced::default();
             R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
             self.control.add_rays(traced.rays.total());
-            let mut pixels = vec![[0.0; 3]; at.len()];
-            at.iter().zip(traced.pixels).for_each(|(at, pixel)| pixels[part.index(*at)] = pixel);
-            let contrasts = contrasts(&codes_of(&self.job.world.display, &pixels), part.width);
+            let (pixels, alpha) = (traced.pixels.clone(), traced.alpha.clone());
+            at.iter().zip(pixels).for_each(|(at, pixel)| traced.pixels[part.index(*at)] = pixel);
+            at.iter().zip(alpha).for_each(|(at, alpha)| traced.alpha[part.index(*at)] = alpha);
+            let contrasts = contrasts_of(&self.job.world.display, &traced, part.width);
             let uneven = near(part, |at| contrasts[part.index(at)] >= CONTRAST);
             let pixel = |at: [u32; 2]| Uneven { at, contrast: contrasts[part.index(at)] };
             uneven.into_iter().map(pixel).collect::<Vec<_>>()

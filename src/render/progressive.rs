@@ -6,8 +6,8 @@
 //! picture again, on any machine, with any number of threads, however often it is paused.
 
 use super::ladder::{Chunk, Ladder};
-use super::packets::{KernelFormat, TraceJob};
-use super::partial_picture::{Painted, PartialPicture};
+use super::packets::{KernelFormat, TraceJob, Traced};
+use super::partial_picture::PartialPicture;
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
 
@@ -79,37 +79,28 @@ pub fn render_watched(
     watcher: Option<Watcher<'_>>,
 ) -> Result<Picture, Cancelled> {
     fn of<R: KernelFormat>(
-        [scene, matte]: [(&Scene, &World<R>); 2],
+        scene: &Scene,
+        world: &World<R>,
         window: &Window,
         region: Region,
         control: &Control,
         stop: Stop,
         watcher: Option<Watcher<'_>>,
     ) -> Result<Picture, Cancelled> {
-        let renderer = |(scene, world)| Renderer::new(scene, world, control, RenderOptions::default()).through(window);
-        let matte = scene.0.is_transparent().then(|| renderer(matte));
-        let mut render = ProgressiveRender::new(renderer(scene), matte, region, stop);
+        let renderer = Renderer::new(scene, world, control, RenderOptions::default()).through(window);
+        let mut render = ProgressiveRender::new(renderer, region, stop);
         render.climb(watcher)?;
         Ok(render.picture())
     }
-    let matte = scene.matte();
-    let matte = matte.as_ref().unwrap_or(scene);
-    match (&scene.world, &matte.world) {
-        (Precise::Single(world), Precise::Single(clear)) => {
-            of([(scene, world), (matte, clear)], window, region, control, stop, watcher)
-        }
-        (Precise::Double(world), Precise::Double(clear)) => {
-            of([(scene, world), (matte, clear)], window, region, control, stop, watcher)
-        }
-        _ => unreachable!("a matte has the precision of its scene"),
+    match &scene.world {
+        Precise::Single(world) => of(scene, world, window, region, control, stop, watcher),
+        Precise::Double(world) => of(scene, world, window, region, control, stop, watcher),
     }
 }
 
 /// A picture that is rendered rung by rung.
 struct ProgressiveRender<'a, R> {
     renderer: Renderer<'a, R>,
-    /// That of what is seen of a white background, where the background is transparent.
-    matte: Option<Renderer<'a, R>>,
     ladder: Ladder,
     stop: Stop,
     partial: PartialPicture,
@@ -123,20 +114,11 @@ struct ProgressiveRender<'a, R> {
 }
 
 impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
-    fn new(renderer: Renderer<'a, R>, matte: Option<Renderer<'a, R>>, region: Region, stop: Stop) -> Self {
+    fn new(renderer: Renderer<'a, R>, region: Region, stop: Stop) -> Self {
         let ladder = Ladder::new(renderer.scene);
-        let partial = PartialPicture::new(region, renderer.job.world.display, matte.is_some());
-        Self {
-            renderer,
-            matte,
-            ladder,
-            stop,
-            partial,
-            started: Stopwatch::start(),
-            traced: 0,
-            samples: 0,
-            is_cut: false,
-        }
+        let world = renderer.job.world;
+        let partial = PartialPicture::new(region, world.display, world.transparent);
+        Self { renderer, ladder, stop, partial, started: Stopwatch::start(), traced: 0, samples: 0, is_cut: false }
     }
 
     /// Takes one rung after the other until there is reason to stop.
@@ -177,7 +159,7 @@ impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
 
     /// Works on a rung; whether it is done.
     fn work(&mut self, chunks: &[Chunk<'_>], stop: Option<Stop>, halt: &Control) -> Result<bool, Cancelled> {
-        let Self { renderer, matte, ladder, partial, traced: nanoseconds, samples: all_samples, .. } = self;
+        let Self { renderer, ladder, partial, traced: nanoseconds, samples: all_samples, .. } = self;
         let control = renderer.control;
         control.add_total(chunks.iter().map(|chunk| chunk.pixels.len() as u64).sum());
         // A chunk that alone takes all rays there were at the start of the rung ends early: the proof of a pixel may take as many
@@ -198,27 +180,23 @@ impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
                 let Some(chunk) = chunks.get(number) else { return };
                 let step = ladder.step(chunk.level);
                 let job = TraceJob { pruning: step.pruning, control: halt, ..renderer.job.clone() };
-                let matte = matte.as_ref().map(|matte| TraceJob { control: halt, ..matte.job.clone() });
                 let (samples_of_pixel, level) = (Samples::of_picture(step.samples), renderer.options.level);
-                let Painted { mut traced, mut clear } = Painted::default();
+                let mut traced = Traced::default();
                 let tracing = Stopwatch::start();
                 for part in chunk.pixels.chunks(part) {
                     R::trace(level, &job, part, samples_of_pixel, &mut traced);
-                    if let Some(matte) = &matte {
-                        R::trace(level, matte, part, samples_of_pixel, &mut clear);
-                    }
-                    if traced.rays.total() + clear.rays.total() >= most {
+                    if traced.rays.total() >= most {
                         break;
                     }
                 }
-                control.add_rays(traced.rays.total() + clear.rays.total());
+                control.add_rays(traced.rays.total());
                 busy.fetch_add(tracing.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 samples.fetch_add(chunk.pixels.len() as u64 * u64::from(step.samples), Ordering::Relaxed);
                 let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
                 if halt.stops() || done.full {
                     return;
                 }
-                done.early.insert(number, Painted { traced, clear });
+                done.early.insert(number, traced);
                 done.settle(chunks, stop);
                 control.add_done(chunk.pixels.len() as u64);
             }
@@ -232,7 +210,7 @@ impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
     }
 
     fn picture(self) -> Picture {
-        let Self { renderer, matte: _, ladder, stop, partial, started, traced, samples, is_cut } = self;
+        let Self { renderer, ladder, stop, partial, started, traced, samples, is_cut } = self;
         let alpha = partial.alpha();
         let traced_pixels = partial.count(|level| level > 0);
         let (needing, left) = ladder.left(&partial);
@@ -271,7 +249,7 @@ struct Done<'a> {
     partial: &'a mut PartialPicture,
     ladder: &'a Ladder,
     /// Chunks that were finished before an earlier one.
-    early: BTreeMap<usize, Painted>,
+    early: BTreeMap<usize, Traced>,
     /// Finished chunks without a gap.
     chunks: usize,
     /// Whether the rays are used up.
@@ -288,10 +266,10 @@ impl Done<'_> {
                 self.full = true;
                 return;
             }
-            let Some(painted) = self.early.remove(&self.chunks) else { return };
+            let Some(traced) = self.early.remove(&self.chunks) else { return };
             let chunk = &chunks[self.chunks];
-            self.is_cut = painted.traced.pixels.len() < chunk.pixels.len();
-            self.partial.paint(chunk, self.ladder, &painted);
+            self.is_cut = traced.pixels.len() < chunk.pixels.len();
+            self.partial.paint(chunk, self.ladder, &traced);
             self.chunks += 1;
         }
     }

@@ -1,7 +1,7 @@
 //! The renderer of one picture: its tiles on the current rayon pool, and antialiasing.
 
 use super::antialiasing::{Uneven, refined_samples};
-use super::contrast::{CONTRAST, codes_of, contrast_in, contrasts};
+use super::contrast::{CONTRAST, contrasts_of};
 use super::packets::{KernelFormat, TraceJob, Traced};
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::trace::pixel::Samples;
@@ -79,7 +79,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         self.control.add_total(around.pixels());
         let mut traced = self.grid(around)?;
         let refining = Stopwatch::start();
-        let contrasts = contrasts(&codes_of(&self.job.world.display, &traced.pixels), around.width);
+        let contrasts = contrasts_of(&self.job.world.display, &traced, around.width);
         let contrast = |at: [u32; 2]| contrasts[around.index(at)];
         let is_uneven = |at: [u32; 2]| contrast(at) >= CONTRAST;
         let uneven = near(region, is_uneven);
@@ -88,9 +88,14 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         let refined = self.refine(&uneven.iter().map(uneven_pixel).collect::<Vec<_>>())?;
         if around != region {
             traced.pixels = region.iter().map(|at| traced.pixels[around.index(at)]).collect();
+            let alpha = |at: [u32; 2]| traced.alpha.get(around.index(at)).copied();
+            traced.alpha = region.iter().filter_map(alpha).collect();
         }
         for (&at, pixel) in uneven.iter().zip(refined.pixels) {
             traced.pixels[region.index(at)] = pixel;
+        }
+        for (&at, alpha) in uneven.iter().zip(refined.alpha) {
+            traced.alpha[region.index(at)] = alpha;
         }
         traced.bounded.retain(|bounded| region.contains(bounded.at) && !is_uneven(bounded.at));
         traced.bounded.append(refined.bounded);
@@ -109,8 +114,8 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     }
 
     pub(super) fn picture_of(&self, region: Region, traced: Traced, refined: Refined) -> Picture {
-        let Traced { pixels, bounded, rays, widths, reached, costs, .. } = traced;
-        let film = self.film(region, pixels);
+        let Traced { pixels, alpha, bounded, rays, widths, reached, costs, .. } = traced;
+        let film = Film { alpha, ..self.film(region, pixels) };
         let sampling = Sampling { widths: Histogram::of(&widths), reached };
         Picture { film, bounded, sampling, rays, refined, costs, ..Picture::default() }
     }
@@ -125,17 +130,19 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     fn grid(&self, region: Region) -> Result<Traced, Cancelled> {
         let mut pixels = vec![[0.0; 3]; region.pixels() as usize];
         let edge = edge_of_tiles(region, self.options.tile, rayon::current_num_threads());
-        let parts: Result<Vec<Traced>, Cancelled> = split(region, edge, &mut pixels)
-            .into_par_iter()
+        let mut alpha = vec![0.0; if self.job.world.transparent { pixels.len() } else { 0 }];
+        let tiles = split(region, edge, &mut pixels).into_par_iter().zip(split(region, edge, &mut alpha));
+        let parts: Result<Vec<Traced>, Cancelled> = tiles
             // Tiles differ in cost: each may go to another thread until the last.
             .with_max_len(1)
-            .map(|mut tile| {
-                let mut traced = self.trace(&tile.blocks(), self.scene.samples)?;
-                tile.put(&std::mem::take(&mut traced.pixels));
+            .map(|(mut pixels, mut alpha)| {
+                let mut traced = self.trace(&pixels.blocks(), self.scene.samples)?;
+                pixels.put(&std::mem::take(&mut traced.pixels));
+                alpha.put(&std::mem::take(&mut traced.alpha));
                 Ok(traced)
             })
             .collect();
-        Ok(Traced { pixels, ..Traced::joined(parts?) })
+        Ok(Traced { pixels, alpha, ..Traced::joined(parts?) })
     }
 
     /// Pixels at any places, in the order given.
@@ -188,7 +195,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     pub(super) fn refined_samples_of(&self, at: [u32; 2]) -> Result<u32, Cancelled> {
         let [width, height] = self.size;
         let around = Region { x: at[0], y: at[1], width: 1, height: 1 }.with_border(width, height);
-        let base = codes_of(&self.job.world.display, &self.grid(around)?.pixels);
-        Ok(refined_samples(contrast_in(&base, around, at), self.scene.samples))
+        let contrasts = contrasts_of(&self.job.world.display, &self.grid(around)?, around.width);
+        Ok(refined_samples(contrasts[around.index(at)], self.scene.samples))
     }
 }

@@ -4,7 +4,7 @@
 //! were traced in nor on the width of packets.
 
 use super::doubling::runs;
-use crate::bound::interval::{interval, proved};
+use crate::bound::interval::{alpha_allowed, interval, proved};
 use crate::film::Display;
 use crate::lanes::{Lanes, MAX_LANES, lanes_of};
 use crate::scene::world::Pruning;
@@ -85,8 +85,12 @@ pub(crate) struct SampleSums {
     light: [[f64; PIXELS]; 3],
     /// That of the second half of the samples. If there are 2^k, both halves are spread as evenly as all.
     second: [[f64; PIXELS]; 3],
+    /// How much of a transparent background they see: all, and those of the second half.
+    clear: [[f64; PIXELS]; 2],
     /// The most light that they lack.
     omitted: [[f64; PIXELS]; 3],
+    /// The most that they may have missed of the background.
+    unseen: [f64; PIXELS],
     /// The largest relative rounding error of a sample that may lack light.
     rounding: [f64; PIXELS],
     /// The pixels that may lack light.
@@ -101,7 +105,9 @@ pub(crate) struct PixelSums {
     pub(super) samples: u32,
     light: [f64; 3],
     second: [f64; 3],
+    clear: [f64; 2],
     omitted: [f64; 3],
+    unseen: f64,
     rounding: f64,
     given_up: bool,
 }
@@ -110,8 +116,14 @@ pub(crate) struct PixelSums {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PixelMean {
     pub(crate) light: [f64; 3],
+    /// How much of a transparent background it sees.
+    pub(super) clear: f64,
+    /// How much the first half of the samples sees.
+    pub(super) clear_of_half: f64,
     /// The most light that it lacks.
     pub(crate) omitted: [f64; 3],
+    /// The most that it may have missed of the background.
+    unseen: f64,
     /// The relative rounding error.
     pub(crate) rounding: f64,
     /// The means of both halves of the samples; one sample has no second half.
@@ -120,10 +132,24 @@ pub(crate) struct PixelMean {
 }
 
 impl PixelMean {
+    /// The share that is not background: 1 less the light of a white one (Porter and Duff 1984, Smith and Blinn 1996: the
+    /// difference of the picture before white and before black).
+    pub(super) fn alpha(&self) -> f32 {
+        (1.0 - self.clear).clamp(0.0, 1.0) as f32
+    }
+
+    /// The least that it can be.
+    pub(super) fn least_alpha(&self) -> f32 {
+        (1.0 - self.clear - self.unseen).clamp(0.0, 1.0) as f32
+    }
+
     /// Whether it may be more than `max_codes` off, though its proof was not given up.
     pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
-        let is_open = self.is_incomplete() && !self.given_up;
-        is_open && !proved(display, self.ends(), max_codes).into_iter().all(|is_proved| is_proved)
+        let is_proved = || {
+            let of_light = proved(display, self.ends(), max_codes).into_iter().all(|is_proved| is_proved);
+            of_light && self.unseen <= alpha_allowed(max_codes)
+        };
+        self.is_incomplete() && !self.given_up && !is_proved()
     }
 
     /// Whether light was omitted.
@@ -146,7 +172,9 @@ impl SampleSums {
             brought: BatchLight::default(),
             light: black,
             second: black,
+            clear: [[0.0; PIXELS]; 2],
             omitted: black,
+            unseen: [0.0; PIXELS],
             rounding: [0.0; PIXELS],
             incomplete: 0,
             given_up: 0,
@@ -159,10 +187,10 @@ impl SampleSums {
         let black = [[0.0; PIXELS]; 3];
         // Where each pixel has one sample, it is copied.
         if self.samples.count > 1 {
-            (self.light, self.second) = (black, black);
+            (self.light, self.second, self.clear) = (black, black, [[0.0; PIXELS]; 2]);
         }
         if self.incomplete != 0 {
-            (self.omitted, self.rounding) = (black, [0.0; PIXELS]);
+            (self.omitted, self.unseen, self.rounding) = (black, [0.0; PIXELS], [0.0; PIXELS]);
         }
         (self.incomplete, self.given_up) = (0, 0);
     }
@@ -172,14 +200,15 @@ impl SampleSums {
         for pixel in lanes_of(pixels) {
             let channels = self.light.iter_mut().chain(&mut self.second).chain(&mut self.omitted);
             channels.for_each(|channel| channel[pixel] = 0.0);
-            self.rounding[pixel] = 0.0;
+            self.clear.iter_mut().for_each(|clear| clear[pixel] = 0.0);
+            (self.unseen[pixel], self.rounding[pixel]) = (0.0, 0.0);
         }
         (self.incomplete, self.given_up) = (self.incomplete & !pixels, self.given_up & !pixels);
     }
 
     /// Adds the samples of the batch, from number `number` on, to those of its pixels.
     #[inline(always)]
-    fn add(&mut self, pixels: Range<usize>, number: u32) {
+    fn add(&mut self, pixels: Range<usize>, number: u32, is_transparent: bool) {
         let len = self.batch.len();
         let (first, count) = (pixels.start, len / pixels.len());
         let of_first = (self.samples.count.div_ceil(2).saturating_sub(number) as usize).min(count);
@@ -201,8 +230,25 @@ impl SampleSums {
                 }
             }
         }
+        if is_transparent {
+            self.add_clear(first, count, of_first);
+        }
         if self.brought.incomplete != 0 {
             self.add_bounds(first, count);
+        }
+    }
+
+    #[inline(never)]
+    fn add_clear(&mut self, first: usize, count: usize, of_first: usize) {
+        let samples = self.brought.clear[..self.batch.len()].chunks_exact(count);
+        for (pixel, samples) in (first..).zip(samples) {
+            let [all, late] = [samples, &samples[of_first..]].map(|samples| samples.iter().sum::<f64>());
+            if self.samples.count == 1 {
+                self.clear[0][pixel] = all;
+            } else {
+                self.clear[0][pixel] += all;
+                self.clear[1][pixel] += late;
+            }
         }
     }
 
@@ -214,6 +260,7 @@ impl SampleSums {
             for c in 0..3 {
                 self.omitted[c][pixel] += brought.omitted[c][sample];
             }
+            self.unseen[pixel] += brought.unseen[sample];
             self.rounding[pixel] = self.rounding[pixel].max(brought.rounding[sample]);
             self.incomplete |= (brought.incomplete >> sample & 1) << pixel;
             self.given_up |= (brought.given_up >> sample & 1) << pixel;
@@ -244,7 +291,9 @@ impl SampleSums {
             samples: self.samples.count,
             light: of(&self.light),
             second: of(&self.second),
+            clear: self.clear.map(|clear| clear[pixel]),
             omitted: of(&self.omitted),
+            unseen: self.unseen[pixel],
             rounding: self.rounding[pixel],
             given_up: self.given_up >> pixel & 1 == 1,
         }
@@ -267,7 +316,10 @@ impl PixelSums {
         let share = 1.0 / count;
         PixelMean {
             light: self.light.map(|light| light * share),
+            clear: self.clear[0] * share,
+            clear_of_half: (self.clear[0] - self.clear[1]) / first,
             omitted: self.omitted.map(|light| light * share),
+            unseen: self.unseen * share,
             rounding: if self.rounding == 0.0 { 0.0 } else { self.rounding + count * f64::EPSILON },
             halves: [
                 std::array::from_fn(|c| (self.light[c] - self.second[c]) / first),
@@ -279,8 +331,11 @@ impl PixelSums {
 
     /// Adds as many samples as there are, or the first ones.
     pub(super) fn append(&mut self, run: &Self) {
-        self.second = if self.samples == 0 { run.second } else { run.light };
+        let is_first = self.samples == 0;
+        self.second = if is_first { run.second } else { run.light };
         self.samples += run.samples;
+        self.clear = [self.clear[0] + run.clear[0], if is_first { run.clear[1] } else { run.clear[0] }];
+        self.unseen += run.unseen;
         for c in 0..3 {
             self.light[c] += run.light[c];
             self.omitted[c] += run.omitted[c];
@@ -324,7 +379,7 @@ pub(crate) fn trace_samples<L: Lanes, O: Observer<L>, V: Variant>(
         if queue.next_batch(&mut sums.batch) {
             trace_batch(tracer, &sums.batch, attempt, hits, &mut sums.brought);
             let len = sums.batch.len();
-            sums.add(queue.last.clone(), queue.number(len));
+            sums.add(queue.last.clone(), queue.number(len), tracer.is_transparent());
             if let Some(counts) = &mut tracer.lane_counts {
                 costs.add_all(&std::mem::take(&mut **counts), queue.owners(len));
             }

@@ -1,7 +1,7 @@
 //! One pixel of each block of a picture, exactly as the picture has it: for coarse maps.
 
 use super::antialiasing::Uneven;
-use super::contrast::{CONTRAST, codes_of, contrast_in};
+use super::contrast::{CONTRAST, codes_over_both, contrast_in};
 use super::packets::{KernelFormat, Traced};
 use super::renderer::Renderer;
 use super::{Picture, Refined};
@@ -58,7 +58,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             .collect();
         let all: Vec<[u32; 2]> = around.iter().flat_map(|around| around.iter()).collect();
         let mut traced = self.list(&all, self.scene.samples)?;
-        let codes = codes_of(&self.job.world.display, &traced.pixels);
+        let codes = codes_over_both(&self.job.world.display, &traced.pixels, &traced.alpha);
         let (mut first, mut middles, mut uneven) = (0, Vec::with_capacity(at.len()), Vec::new());
         for (&[x, y], around) in at.iter().zip(&around) {
             let end = first + around.pixels() as usize;

@@ -3,16 +3,16 @@
 use crate::film::Region;
 use rayon::prelude::*;
 
-/// A tile and its rows in the picture.
-pub(super) struct Tile<'a> {
+/// A tile and its rows in the picture, or none where nothing is kept of its pixels.
+pub(super) struct Tile<'a, T> {
     region: Region,
-    rows: Vec<&'a mut [[f32; 3]]>,
+    rows: Vec<&'a mut [T]>,
 }
 
 /// Edge of the block of pixels that share a packet, so that its rays are coherent: 4 x 4 are 16 lanes.
 pub(crate) const BLOCK: u32 = 4;
 
-impl Tile<'_> {
+impl<T: Copy> Tile<'_, T> {
     /// Its pixels, block by block.
     pub(super) fn blocks(&self) -> Vec<[u32; 2]> {
         let mut at = Vec::with_capacity(self.region.pixels() as usize);
@@ -25,10 +25,10 @@ impl Tile<'_> {
     }
 
     /// Stores pixels that are in the order of [`Self::blocks`].
-    pub(super) fn put(&mut self, mut pixels: &[[f32; 3]]) {
+    pub(super) fn put(&mut self, mut pixels: &[T]) {
         for block in self.region.tiles(BLOCK) {
             let (left, top) = ((block.x - self.region.x) as usize, (block.y - self.region.y) as usize);
-            for row in &mut self.rows[top..top + block.height as usize] {
+            for row in self.rows.iter_mut().skip(top).take(block.height as usize) {
                 let (part, rest) = pixels.split_at(block.width as usize);
                 row[left..left + part.len()].copy_from_slice(part);
                 pixels = rest;
@@ -46,9 +46,9 @@ pub(super) fn edge_of_tiles(region: Region, edge: u32, threads: usize) -> u32 {
     halves.clone().find(|edge| count(*edge) >= wanted).or(halves.last()).unwrap_or(edge)
 }
 
-/// Cuts the pixels of a region into tiles.
-pub(super) fn split(region: Region, edge: u32, pixels: &mut [[f32; 3]]) -> Vec<Tile<'_>> {
-    let mut tiles: Vec<Tile<'_>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
+/// Cuts what is kept of the pixels of a region into tiles.
+pub(super) fn split<T>(region: Region, edge: u32, pixels: &mut [T]) -> Vec<Tile<'_, T>> {
+    let mut tiles: Vec<Tile<'_, T>> = region.tiles(edge).map(|region| Tile { region, rows: Vec::new() }).collect();
     let across = region.width.div_ceil(edge) as usize;
     for (y, row) in pixels.chunks_mut(region.width as usize).enumerate() {
         let first = y / edge as usize * across;

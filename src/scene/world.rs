@@ -40,8 +40,8 @@ pub struct World<R> {
     pub background: [R; 3],
     /// Fog, if there is any.
     pub fog: Option<Fog<R>>,
-    /// Radiance of nothing as the camera sees it, directly or through bodies, where that is not the background.
-    pub behind: Option<[R; 3]>,
+    /// Whether the camera sees nothing where nothing is, directly or through bodies, in place of the background.
+    pub transparent: bool,
     /// How light becomes colours.
     pub display: Display,
     /// The environment map, which replaces the background, if there is one.
@@ -132,8 +132,6 @@ pub struct Rules {
     pub faithful: bool,
     /// Whether checkers are averaged over the footprints of rays.
     pub filter_checkers: bool,
-    /// Whether only rays that nothing has reflected are followed.
-    pub straight: bool,
     /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
     /// transmitting surface, and a shadow ray wherever the geometric normal faces the light (SPD Readme, "Testing
     /// Procedures").

@@ -49,10 +49,14 @@ pub(super) struct SamplePacket {
 pub(crate) struct BatchLight {
     /// Light of each.
     pub(crate) light: [[f64; BATCH]; 3],
+    /// The share of the background that each sees, if that is transparent.
+    pub(crate) clear: [f64; BATCH],
     /// Those that may lack light.
     pub(crate) incomplete: u32,
     /// If there are any, the most light that each may lack.
     pub(crate) omitted: [[f64; BATCH]; 3],
+    /// If there are any, the most that each may have missed of a transparent background.
+    pub(crate) unseen: [f64; BATCH],
     /// If there are any, the relative rounding error of their light.
     pub(crate) rounding: [f64; BATCH],
     /// Those whose proof was given up.

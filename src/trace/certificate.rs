@@ -21,6 +21,8 @@ use crate::trace::variants::Variant;
 pub(super) struct Certificate<L: Lanes> {
     /// R so far, without the deferred rays.
     pub(super) omitted: V3<L>,
+    /// The share of a transparent background that omitted rays could see, without the deferred ones.
+    pub(super) unseen: L,
     /// Most light that the skipped lights could have added.
     pub(super) skipped_light: L,
     /// Largest `skipped_light` allowed.
@@ -44,6 +46,7 @@ impl<L: Lanes> Certificate<L> {
         let zero = L::lit(s, 0.0);
         Self {
             omitted: V3 { x: zero, y: zero, z: zero },
+            unseen: zero,
             skipped_light: zero,
             skipped_light_limit: zero,
             min_weight: zero,
@@ -60,7 +63,7 @@ impl<L: Lanes> Certificate<L> {
     pub(super) fn begin(&mut self, s: L::Simd, most_deferred: u32) {
         let zero = L::lit(s, 0.0);
         self.omitted = V3 { x: zero, y: zero, z: zero };
-        self.skipped_light = zero;
+        (self.unseen, self.skipped_light) = (zero, zero);
         self.rays = zero;
         self.deferred.begin(most_deferred);
         self.this_round = 0;
@@ -138,15 +141,33 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The most light that rays of a weight and a depth can bring.
     #[inline(always)]
     pub(super) fn upper_bound(&self, weight: V3<L>, depth: u32) -> V3<L> {
-        let ceiling = self.world.ceiling.of((self.world.rules.max_depth + 1).saturating_sub(depth));
+        let ceiling = self.world.ceiling.of(self.rays_left(depth));
         weight.times(V3::splat(self.s, ceiling.map(L::Real::from_f64)))
     }
 
-    /// Adds omitted rays of some lanes to R.
+    /// The share of a transparent background that rays of a weight and a depth can see.
     #[inline(always)]
-    pub(super) fn record_omitted_rays(&mut self, lanes: u32, weight: V3<L>, depth: u32) {
+    pub(super) fn clear_bound(&self, weight: V3<L>, depth: u32) -> L {
+        let most = self.world.ceiling.clear(self.rays_left(depth));
+        (weight.x + weight.y + weight.z) * L::lit(self.s, most / 3.0)
+    }
+
+    /// The longest chain that a ray of a depth can begin.
+    #[inline(always)]
+    fn rays_left(&self, depth: u32) -> u32 {
+        (self.world.rules.max_depth + 1).saturating_sub(depth)
+    }
+
+    /// Adds omitted rays of some lanes to R. Those that are `straight` could have seen a transparent background.
+    #[inline(always)]
+    pub(super) fn record_omitted_rays(&mut self, lanes: u32, weight: V3<L>, depth: u32, straight: bool) {
         let upper_bound = self.upper_bound(weight, depth);
-        self.record_omitted_light(L::mask(self.s, lanes), upper_bound);
+        let lanes = L::mask(self.s, lanes);
+        self.record_omitted_light(lanes, upper_bound);
+        if straight && self.is_transparent() {
+            let unseen = self.certificate.unseen;
+            self.certificate.unseen = L::select(lanes, unseen + self.clear_bound(weight, depth), unseen);
+        }
     }
 
     /// Adds omitted light of some lanes to R.
@@ -225,7 +246,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn omit(&mut self, rays: &RayPacket<L>, lanes: u32) {
         if lanes != 0 {
-            self.record_omitted_rays(lanes, rays.weight, rays.depth);
+            self.record_omitted_rays(lanes, rays.weight, rays.depth, rays.straight);
             if O::WATCHING {
                 self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Weight);
             }

@@ -198,6 +198,11 @@ impl<L: Lanes> DeferredRays<L> {
         self.packets.iter().map(|packet| (packet.lanes, packet.weight, packet.depth))
     }
 
+    /// The same of those that nothing has reflected.
+    pub(super) fn weights_of_straight(&self) -> impl Iterator<Item = (u32, V3<L>, u32)> {
+        self.packets.iter().filter(|packet| packet.straight).map(|packet| (packet.lanes, packet.weight, packet.depth))
+    }
+
     /// Lanes and media of each packet.
     pub(super) fn media(&mut self) -> impl Iterator<Item = (u32, &mut L::Ids)> {
         self.packets.iter_mut().map(|packet| (packet.lanes, &mut packet.media))

@@ -10,7 +10,7 @@ use super::kernel::Tracer;
 use super::observer::Observer;
 use super::pixel_sum::{PixelSum, relative_error};
 use super::proof::ATTEMPTS;
-use crate::bound::interval::{excess, interval, proved, share_of_code};
+use crate::bound::interval::{alpha_allowed, excess, interval, proved, share_of_code};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::math::{log2, pow};
 use crate::scene::world::Pruning;
@@ -40,6 +40,7 @@ pub(super) struct Checkpoint {
 struct Standing {
     light: [[f64; BATCH]; 3],
     omitted: [[f64; BATCH]; 3],
+    unseen: [f64; BATCH],
     rays: [f64; BATCH],
 }
 
@@ -52,12 +53,13 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         let batch = self.proof.batch;
         for group in batch.groups(self.proof.unproved) {
             let share = 1.0 / f64::from(group.count_ones());
-            let (mut light, mut omitted, mut rays) = ([0.0; 3], [0.0; 3], 0.0);
+            let (mut light, mut omitted, mut unseen, mut rays) = ([0.0; 3], [0.0; 3], 0.0, 0.0);
             for sample in lanes_of(group) {
                 for c in 0..3 {
                     light[c] += share * standing.light[c][sample];
                     omitted[c] += share * standing.omitted[c][sample];
                 }
+                unseen += share * standing.unseen[sample];
                 rays += standing.rays[sample];
             }
             if omitted == [0.0; 3] {
@@ -66,7 +68,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             // No sample has more rays than all of them.
             let rounding = self.rounding(rays);
             let ends = interval(light, omitted, rounding);
-            let proved = self.is_proved(group, max_codes, ends);
+            let proved = if self.is_alpha_open(group, max_codes, unseen) {
+                [false; 3]
+            } else {
+                self.is_proved(group, max_codes, ends)
+            };
             // Where rounding alone may change a code, more rays do not help.
             let further = (0..3).any(|c| !proved[c] && omitted[c] > 0.5 * rounding * light[c]);
             if further {
@@ -87,6 +93,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             None => proved(display, ends, max_codes),
             Some(width) => share_of_code(display, ends, max_codes).map(|share| share <= width),
         }
+    }
+
+    /// Whether the alpha of a group may be more off than it may.
+    fn is_alpha_open(&self, group: u32, max_codes: u8, unseen: f64) -> bool {
+        unseen > self.width(group, max_codes).unwrap_or(1.0) * alpha_allowed(max_codes)
     }
 
     /// The width that a group which is a part of its pixel must have; none if it is the whole.
@@ -136,7 +147,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     fn standing(&self, sum: &PixelSum<L>) -> Standing {
         let black = [[0.0; BATCH]; 3];
-        let mut standing = Standing { light: black, omitted: black, rays: [0.0; BATCH] };
+        let mut standing = Standing { light: black, omitted: black, unseen: [0.0; BATCH], rays: [0.0; BATCH] };
         for packet in 0..self.proof.packets() {
             let is_at_work = packet == self.proof.packet;
             let sum = if is_at_work { sum } else { &self.proof.waiting[packet].sum };
@@ -146,6 +157,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             let omitted = self.with_deferred(certificate);
             for (omitted, channel) in standing.omitted.iter_mut().zip([omitted.x, omitted.y, omitted.z]) {
                 store(channel, omitted, first);
+            }
+            if self.is_transparent() {
+                store(self.unseen_with_deferred(certificate), &mut standing.unseen, first);
             }
             store(certificate.rays, &mut standing.rays, first);
         }
@@ -162,6 +176,16 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         omitted
     }
 
+    /// What the omitted and the deferred rays of a packet can see of a transparent background.
+    #[inline(never)]
+    pub(super) fn unseen_with_deferred(&self, certificate: &Certificate<L>) -> L {
+        let mut unseen = certificate.unseen;
+        for (lanes, weight, depth) in certificate.deferred.weights_of_straight() {
+            unseen = L::select(L::mask(self.s, lanes), unseen + self.clear_bound(weight, depth), unseen);
+        }
+        unseen
+    }
+
     /// The relative error of the sum of a sample with some rays.
     #[inline(always)]
     fn rounding(&self, rays: f64) -> f64 {
@@ -173,10 +197,22 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn store_light(&mut self, sum: &PixelSum<L>, brought: &mut BatchLight) {
         (brought.incomplete, brought.given_up) = (0, 0);
+        if self.is_transparent() {
+            self.store_clear(sum, &mut brought.clear);
+        }
         if self.proof.waiting.is_empty() && self.incomplete() & L::ALL == 0 {
             sum.store(&mut brought.light, 0);
         } else {
             self.store_bounds(sum, brought);
+        }
+    }
+
+    /// How much each sample sees of the background.
+    #[inline(never)]
+    fn store_clear(&mut self, sum: &PixelSum<L>, clear: &mut [f64; BATCH]) {
+        for packet in 0..self.proof.packets() {
+            let sum = if packet == self.proof.packet { sum } else { &self.proof.waiting[packet].sum };
+            sum.store_clear(clear, packet * L::COUNT);
         }
     }
 
@@ -187,7 +223,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             #[inline(always)]
             || {
                 let standing = self.standing(sum);
-                (brought.light, brought.omitted) = (standing.light, standing.omitted);
+                (brought.light, brought.omitted, brought.unseen) = (standing.light, standing.omitted, standing.unseen);
                 brought.given_up = self.proof.given_up;
                 for sample in lanes_of(self.proof.batch.all()) {
                     brought.rounding[sample] = 0.0;

@@ -124,6 +124,12 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         self.s
     }
 
+    /// Whether samples tell how much of the background they see.
+    #[inline(always)]
+    pub(crate) fn is_transparent(&self) -> bool {
+        V::DETAILS && self.world.transparent
+    }
+
     /// How light becomes colours.
     pub(crate) fn display(&self) -> &'a Display {
         &self.world.display
@@ -182,15 +188,11 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         rays.parent = 0;
         if seen != active {
             // Beyond the circle of a dome there is no scene.
-            let mut dark = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-            if V::DETAILS
-                && let Some(behind) = self.world.behind
-            {
-                dark = V3::splat(s, behind);
-                sum.add(s, active & !seen, dark);
+            if self.is_transparent() {
+                sum.see_through(s, active & !seen, weight);
             }
             if O::WATCHING {
-                self.observer.outside(dark);
+                self.observer.outside();
             }
         }
         self.counts.camera += u64::from(seen.count_ones());
@@ -302,6 +304,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             let background = rays.weight.times(self.surroundings(rays, missed));
             let background = self.bounded(if V::DETAILS { own + background } else { background });
             sum.add(s, missed, background);
+            if rays.straight && self.is_transparent() {
+                sum.see_through(s, missed, rays.weight);
+            }
             if O::WATCHING {
                 self.observer.contributes(number, background);
             }
@@ -364,22 +369,18 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = own + rays.weight.times(emission);
             }
             if self.world.effects.has(Effect::EnvironmentLight)
-                && !self.world.rules.straight
                 && let Some(surroundings) = &self.world.surroundings
             {
                 let gathers = self.world.effects.has(Effect::ColorBleeding) && !rays.gathered;
                 let light = light_from_around(s, surroundings, rays, hits, &coefficients, lobes.as_ref(), gathers);
                 own = own + rays.weight.times(light);
             }
-            if self.world.effects.has(Effect::GlobalIllumination) && !self.world.rules.straight {
+            if self.world.effects.has(Effect::GlobalIllumination) {
                 own = own + light_looked_for(self, rays, hits, &coefficients, lobes.as_ref());
             }
         }
         let lobes = lobes.as_ref();
-        // In a picture of alpha lights cast shadows and nothing else.
-        if !(V::DETAILS && self.world.rules.straight) {
-            illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
-        }
+        illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
         if V::DETAILS {
             let traced = self.world.effects.has(Effect::GlobalIllumination);
             if traced || (self.world.effects.has(Effect::ColorBleeding) && !rays.gathered) {
@@ -416,11 +417,8 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.
     #[inline(always)]
     fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
-        if V::DETAILS
-            && rays.straight
-            && let Some(behind) = self.world.behind
-        {
-            return V3::splat(self.s, behind);
+        if rays.straight && self.is_transparent() {
+            return V3::splat(self.s, [L::Real::from_f64(0.0); 3]);
         }
         if V::DETAILS
             && let Some(environment) = &self.world.environment

@@ -34,7 +34,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             }
             let mut weight = rays.weight * lobes.lacquer;
             if rays.depth >= tracer.world.rules.max_depth {
-                tracer.record_omitted_rays(coated, weight, rays.depth + 1);
+                tracer.record_omitted_rays(coated, weight, rays.depth + 1, false);
                 if O::WATCHING {
                     tracer.observer.not_followed(number, RayKind::Reflected, weight, NotFollowed::Depth);
                 }

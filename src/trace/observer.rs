@@ -39,8 +39,8 @@ pub trait Observer<L: Lanes> {
     const WATCHING: bool;
     /// A ray is followed; returns its number, which its children name as their parent.
     fn ray(&mut self, ray: &RayPacket<L>, media: &Media<L::Real>) -> u32;
-    /// A sample outside the image circle, where it is dark unless alpha is asked for.
-    fn outside(&mut self, radiance: V3<L>);
+    /// A sample outside the image circle, where it is dark.
+    fn outside(&mut self);
     /// Radiance that a ray adds to the pixel, weight included.
     fn contributes(&mut self, ray: u32, radiance: V3<L>);
     /// What a ray hits.
@@ -66,7 +66,7 @@ impl<L: Lanes> Observer<L> for () {
         0
     }
     #[inline(always)]
-    fn outside(&mut self, _: V3<L>) {}
+    fn outside(&mut self) {}
     #[inline(always)]
     fn contributes(&mut self, _: u32, _: V3<L>) {}
     #[inline(always)]

@@ -409,6 +409,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 }
             }
             self.certificate.omitted = self.with_deferred(&self.certificate);
+            if self.is_transparent() {
+                self.certificate.unseen = self.unseen_with_deferred(&self.certificate);
+            }
             self.certificate.deferred.clear();
             skipped |= (self.certificate.skipped_light.gt(zero).bits() & L::ALL) << self.proof.first();
         }
@@ -432,6 +435,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             let (mask, certificate) = (L::mask(s, lanes), &mut self.certificate);
             let black = V3 { x: zero, y: zero, z: zero };
             certificate.omitted = V3::select(mask, black, certificate.omitted);
+            certificate.unseen = L::select(mask, zero, certificate.unseen);
             certificate.skipped_light = L::select(mask, zero, certificate.skipped_light);
         }
         true

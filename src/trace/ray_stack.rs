@@ -51,9 +51,6 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Stacks rays. Rays of too little weight are deferred or omitted; rays beyond the limit are dropped.
     #[inline(always)]
     pub(super) fn push(&mut self, mut rays: RayPacket<L>) {
-        if V::DETAILS && self.world.rules.straight && !rays.straight {
-            return;
-        }
         let max = L::lit(self.s, MAX_WEIGHT);
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
@@ -99,7 +96,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 let lanes = never_ending | self.beyond_limit(rays, beyond & !never_ending);
                 rays.active &= !lanes;
                 self.counts.dropped += u64::from(lanes.count_ones());
-                self.record_omitted_rays(lanes, rays.weight, rays.depth);
+                self.record_omitted_rays(lanes, rays.weight, rays.depth, rays.straight);
                 if O::WATCHING {
                     self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
                 }

@@ -71,7 +71,7 @@ mod tests {
         let film = Film { pixels: vec![[0.1, 1e-30, number as f32]; 6], alpha, display, ..black.film.clone() };
         let rays = RayCounts { camera: 7 + u64::from(number), camera_hits: 5, deepest: 4, ..RayCounts::default() };
         let refined = Refined { pixels: 3, rays: RayCounts { shadow: 9, ..RayCounts::default() } };
-        let bounded = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX] }]
+        let bounded = [BoundedPixel { at: [5, number], highest: [0.2, 1e-29, f32::MAX], least_alpha: 0.125 }]
             .repeat(number as usize)
             .into_iter()
             .collect();

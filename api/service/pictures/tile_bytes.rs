@@ -21,8 +21,8 @@ const MOST: usize = 16_384;
 const PIXEL: usize = 12;
 /// Bytes of an alpha.
 const ALPHA: usize = 4;
-/// Bytes of the bound of a pixel that lacks light: where it is, and its highest value.
-const LACKING: usize = 20;
+/// Bytes of the bound of a pixel that lacks light: where it is, its highest value, and its least alpha.
+const LACKING: usize = 24;
 
 /// A finished tile.
 #[derive(Debug)]
@@ -85,9 +85,9 @@ impl Owner {
         bytes.extend(took);
         bytes.extend(film.pixels.as_flattened().iter().flat_map(|channel| channel.to_le_bytes()));
         bytes.extend(film.alpha.iter().flat_map(|alpha| alpha.to_le_bytes()));
-        for BoundedPixel { at, highest } in bounded.iter() {
+        for BoundedPixel { at, highest, least_alpha } in bounded.iter() {
             bytes.extend(at.iter().flat_map(|coordinate| coordinate.to_le_bytes()));
-            bytes.extend(highest.iter().flat_map(|channel| channel.to_le_bytes()));
+            bytes.extend(highest.iter().chain([least_alpha]).flat_map(|channel| channel.to_le_bytes()));
         }
         let digest = self.hash(&bytes);
         bytes.extend(digest);
@@ -134,8 +134,12 @@ impl Owner {
         let pixels = words(pixels).chunks_exact(3).map(color).collect();
         let alpha = words(alpha).into_iter().map(f32::from_bits).collect();
         let film = Film { region, full_width, full_height, pixels, alpha, display };
-        let lack = |words: &[u32]| BoundedPixel { at: [words[0], words[1]], highest: color(&words[2..]) };
-        let bounded = words(bounded).chunks_exact(5).map(lack).collect();
+        let lack = |words: &[u32]| BoundedPixel {
+            at: [words[0], words[1]],
+            highest: color(&words[2..]),
+            least_alpha: f32::from_bits(words[5]),
+        };
+        let bounded = words(bounded).chunks_exact(6).map(lack).collect();
         let rays = RayCounts { camera_hits, deepest, ..rays };
         let picture = Picture { film, bounded, sampling, rays, refined, trace_ms, refine_ms, ..Picture::default() };
         Ok(Some((Tile { number, picture }, bytes.len())))

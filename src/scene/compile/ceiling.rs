@@ -18,6 +18,17 @@ use crate::shading::texture::pattern::Pattern;
 
 /// The ceiling of a world that lacks nothing else.
 pub(super) fn ceiling<R: Real>(description: &Description, world: &World<R>) -> Ceiling {
+    radiance_ceiling(description, world).with_clear(clear(world))
+}
+
+/// The largest factor on the light of a background seen through bodies. Splitting by wavelength adds to a channel, and materials
+/// may be described that transmit more than comes.
+fn clear<R: Real>(world: &World<R>) -> f64 {
+    let amplifies = |material: &Material<R>| wide(material.transmission).max_element() > 1.0;
+    if world.materials.iter().any(amplifies) { f64::INFINITY } else { split(world).max_element() }
+}
+
+fn radiance_ceiling<R: Real>(description: &Description, world: &World<R>) -> Ceiling {
     let (used, irradiance) = lit(world);
     if let Some((light, _)) = irradiance.iter().enumerate().find(|(_, at)| at.iter().any(|e| !e.is_finite())) {
         let pointer = format!("/lights/{light}");
@@ -199,9 +210,13 @@ fn pattern(pattern: &Pattern) -> Rgb {
     }
 }
 
-/// The most that rays see which hit nothing, and the fog in between.
+/// The most that rays see which hit nothing, and the fog in between. A transparent background counts as white, of which alpha tells how
+/// much is hidden.
 fn background<R: Real>(world: &World<R>) -> Rgb {
     let mut most = wide(world.background);
+    if world.transparent {
+        most = most.max(Rgb::ONE);
+    }
     if let Some(environment) = &world.environment {
         most = most.max(Rgb::from_array(environment.mipmap.brightest()) * environment.intensity);
     }

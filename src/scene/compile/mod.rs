@@ -140,8 +140,8 @@ impl Scene {
     /// Whether pictures have an alpha channel.
     pub fn is_transparent(&self) -> bool {
         match &self.world {
-            Precise::Single(world) => world.behind.is_some(),
-            Precise::Double(world) => world.behind.is_some(),
+            Precise::Single(world) => world.transparent,
+            Precise::Double(world) => world.transparent,
         }
     }
 
@@ -245,9 +245,9 @@ struct Told {
     warnings: Vec<Problem>,
 }
 
-/// Whether a scene leaves the number of samples to its pixels. A picture and its alpha channel have the same samples.
+/// Whether a scene leaves the number of samples to its pixels.
 fn adapts<R: Real>(named: Option<u32>, is_statistical: bool, world: &World<R>) -> bool {
-    named.is_none() && !is_statistical && world.behind.is_none() && world.effects.needs_sampling()
+    named.is_none() && !is_statistical && world.effects.needs_sampling()
 }
 
 fn told<R: Real>(

@@ -17,8 +17,6 @@ use crate::shading::material::Material;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Largest part of a sample's alpha that may be lost on the way through bodies.
-const LEAST_ALPHA: f64 = 1e-6;
 /// Weight below which rays are not followed that look for an object.
 const LEAST_SHARE: f64 = 1e-3;
 
@@ -84,24 +82,6 @@ impl Scene {
         Some(Self { samples, adaptive, ..self.share(world) })
     }
 
-    /// The scene of the light that a white background sends to the camera, directly or through bodies, and of nothing else:
-    /// one less alpha. None where the background is opaque.
-    pub(crate) fn matte(&self) -> Option<Self> {
-        fn of<R: Real>(world: &World<R>) -> World<R> {
-            let mut world = darkened(world, LEAST_ALPHA);
-            world.behind = Some([R::from_f64(1.0); 3]);
-            world.rules.straight = true;
-            settle(&mut world);
-            world
-        }
-        self.is_transparent().then(|| {
-            self.share(match &self.world {
-                Precise::Single(world) => Precise::Single(of(world)),
-                Precise::Double(world) => Precise::Double(of(world)),
-            })
-        })
-    }
-
     /// The scene of the light that one of its `objects` sends to the camera, directly, by mirrors and through bodies, and of
     /// nothing else: the object shines with radiance 1, and nothing is seen in it or through it. None if there is no such object.
     pub(crate) fn glowing(&self, object: u32, samples: u32) -> Option<Self> {
@@ -158,14 +138,11 @@ impl Scene {
     }
 }
 
-/// A world without light. Rays of less than a weight are not followed.
-fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
-    let mut world = world.clone();
-    (world.background, world.environment, world.display) = (black(), None, Display::default());
-    // What catches shadows compares all light with what arrives.
-    if !world.effects.has(Effect::ShadowCatcher) {
-        (world.ambient, world.surroundings, world.lights) = (black(), None, Vec::new());
-    }
+/// A dark world in which some items of the scene itself shine, and their placed geometries.
+fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
+    let mut world = World { display: Display::default(), transparent: false, ..world.clone() };
+    (world.background, world.environment) = (black(), None);
+    (world.ambient, world.surroundings, world.lights) = (black(), None, Vec::new());
     for material in &mut world.materials {
         material.emission = black();
         if let Some(pbr) = &mut material.pbr {
@@ -175,15 +152,8 @@ fn darkened<R: Real>(world: &World<R>, least_weight: f64) -> World<R> {
     if let Some(fog) = &mut world.fog {
         fog.color = black();
     }
-    world.rules.pruning = Pruning::Weight(least_weight);
+    world.rules.pruning = Pruning::Weight(LEAST_SHARE);
     world.rules.color_bleeding = false;
-    world
-}
-
-/// A dark world in which some items of the scene itself shine, and their placed geometries.
-fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
-    let mut world = darkened(world, LEAST_SHARE);
-    (world.behind, world.ambient, world.surroundings, world.lights) = (None, black(), None, Vec::new());
     let glow = world.materials.len() as u32;
     world.materials.push(Material { emission: [R::from_f64(1.0); 3], ..Material::black() });
     world.usage.materials.push(Used { anywhere: true, ..Used::default() });

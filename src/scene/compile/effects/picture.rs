@@ -10,8 +10,8 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     vec![
         Rule::new(Effect::Instancing, |world| world.usage.placed, instancing),
         Rule::new(Effect::SpecialProjection, |world| !world.camera.is_pinhole(), projection),
-        Rule::new(Effect::AlphaChannel, |world| world.behind.is_some(), alpha_channel)
-            .without(|world| world.behind = None),
+        Rule::new(Effect::AlphaChannel, |world| world.transparent, alpha_channel)
+            .without(|world| world.transparent = false),
         Rule::new(Effect::ToneMapping, |world| !world.display.is_plain(), tone_mapping)
             .without(|world| world.display = Display::default()),
         Rule::new(Effect::DoublePrecision, |_| R::ROUNDOFF < f64::from(f32::EPSILON) / 4.0, double_precision),
@@ -58,7 +58,10 @@ fn projection<R>(facts: &Facts<'_, R>, on: bool) -> Said {
 
 fn alpha_channel<R>(_: &Facts<'_, R>, on: bool) -> Said {
     if on {
-        Said::asked_at("the picture has an alpha channel: its rays are traced once more", "/film/background")
+        Said::asked_at(
+            "the picture has an alpha channel: rays that reach the background tell how much of it is seen",
+            "/film/background",
+        )
     } else {
         Said::off("film.background is \"scene\"")
     }
