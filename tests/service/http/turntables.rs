@@ -4,6 +4,7 @@ use crate::common::BALL;
 use crate::common::service::{Answer, PROGRAM, Service};
 use image::ImageFormat;
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
@@ -221,14 +222,18 @@ fn pictures_from_all_around_have_the_warnings_of_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("brushed.glb");
     std::fs::write(&model, &brushed).unwrap();
-    let mut command = Command::new(PROGRAM);
-    command.arg("render").arg(&model).args(["--frames", "3", "--width", "16", "--height", "16", "-o"]);
-    let printed = String::from_utf8(command.arg(folder.path().join("a.png")).output().unwrap().stderr).unwrap();
-    assert_eq!(
-        printed.lines().filter(|line| line.starts_with("warning: ") && line.contains("anisotropy")).count(),
-        1,
-        "{printed}"
-    );
+    let turn = folder.path().join("turn.json");
+    std::fs::write(&turn, r#"{ "count": 3, "turntable": {} }"#).unwrap();
+    let all = ["render", "--frames", "3"].map(OsStr::new);
+    let one = ["frame", "--frame", "1", "--sequence"].map(OsStr::new);
+    for arguments in [&all[..], &[&one[..], &[turn.as_os_str()]].concat()] {
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments).arg(&model).args(["--width", "16", "--height", "16", "-o"]);
+        let output = command.arg(folder.path().join("a.png")).output().unwrap();
+        let printed = String::from_utf8(output.stderr).unwrap();
+        let told = |line: &&str| line.starts_with("warning: ") && line.contains("anisotropy");
+        assert_eq!(printed.lines().filter(told).count(), 1, "{arguments:?}: {printed}");
+    }
     let silent = of_model(&service, "turntable=2&width=16&height=16", &file("BoxVertexColors.glb"));
     assert_eq!((silent.status, silent.header("render-warnings")), (200, ""));
 }
