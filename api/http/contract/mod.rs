@@ -24,6 +24,10 @@ const TAGS: [(&str, &str); 6] = [
     ("service", "About the service itself"),
 ];
 
+/// What the header `Render-Warnings` holds.
+const WARNINGS: &str =
+    "Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all.";
+
 /// The document as the text of `api/openapi.json`.
 pub(crate) fn openapi_text(routes: &[Route]) -> String {
     format!("{:#}\n", document(routes))
@@ -88,7 +92,7 @@ fn picture() -> Value {
             "Content-Location": optional("Where this picture stays, as long as its scene is known."),
             "Repr-Digest": header("SHA-256 of the picture's file (RFC 9530)."),
             "Render-Plan": header("Effects that were simulated."),
-            "Render-Warnings": optional("Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all."),
+            "Render-Warnings": optional(WARNINGS),
         },
         "content": Map::from_iter(formats),
     })

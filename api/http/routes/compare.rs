@@ -5,13 +5,14 @@ use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
-use crate::http::respond::body as bytes_of;
 use crate::http::respond::image::image_id;
+use crate::http::respond::{body as bytes_of, put_warnings};
 use crate::http::state::AppState;
 use crate::service::error::Error;
 use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::pictures::warnings;
 use crate::service::requests::compare::{Compared, Drawn};
 use crate::service::requests::pictures::{Source, Upload, image_of};
 use crate::service::scenes::cache::Form as SceneForm;
@@ -48,7 +49,8 @@ pub(super) fn routes() -> Vec<Route> {
                     Content::file("image/png"),
                     Content::file("image/x-portable-floatmap"),
                 ],
-            ),
+            )
+            .warns(),
     ]
 }
 
@@ -149,18 +151,21 @@ async fn compare(State(app): State<App>, request: Request) -> Result<Response, P
     let [a, b] = files(&app, &tenant, text, format).await?;
     let task = tenant.task(Class::Renders);
     let ids = [&a, &b].map(|file| file.meta.image.clone());
+    let mut headers = HeaderMap::new();
+    let warnings = warnings::together([&a, &b].into_iter().filter_map(|file| file.meta.warnings()));
+    put_warnings(&mut headers, warnings.as_deref());
     if let Some(drawn) = drawn {
         let bytes = app.service.draw_difference(task, [a, b], drawn).await?;
         let media_type = if matches!(drawn, Drawn::Codes(_)) { "image/png" } else { "image/x-portable-floatmap" };
         let bytes = bytes_of(app.service.memory.metered(bytes)?);
-        return Ok(([(header::CONTENT_TYPE, media_type)], bytes).into_response());
+        return Ok((headers, [(header::CONTENT_TYPE, media_type)], bytes).into_response());
     }
     let Compared { size: [width, height], codes, seen } = app.service.compare(task, [a, b]).await?;
     let rms_codes = codes.psnr.map_or(0.0, |psnr| 255.0 / strahl::math::pow(10.0, psnr / 20.0));
     let (flip, ciede2000) = seen.map_or((None, None), |[flip, ciede2000]| (Some(flip), Some(ciede2000)));
     let [a, b] = ids;
     let same = codes.error.max == 0.0;
-    Ok(Json(Difference { width, height, same, codes, rms_codes, flip, ciede2000, a, b }).into_response())
+    Ok((headers, Json(Difference { width, height, same, codes, rms_codes, flip, ciede2000, a, b })).into_response())
 }
 
 /// The pictures in a format.

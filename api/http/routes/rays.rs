@@ -30,7 +30,8 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Render)
             .query(|query| query.settings(Format::Json))
             .body(Body::json::<Questions<'_>>("The scene and the rays").example(example))
-            .answer(200, "What the rays hit", &[Content::json::<Answers>()]),
+            .answer(200, "What the rays hit", &[Content::json::<Answers>()])
+            .warns(),
     ]
 }
 
@@ -102,7 +103,7 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
         }
     }
     answer.append(b"]}")?;
-    Ok(("application/json", body(answer)))
+    Ok(Answer::new("application/json", body(answer)).warning(&found.ready.scene.warnings))
 }
 
 /// The rays, up to the limit, and their number. More are only counted, since a reference to each takes memory.

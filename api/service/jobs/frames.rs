@@ -273,8 +273,8 @@ impl Jobs {
     pub(crate) fn frame_warnings(&self, record: &Record) -> Option<String> {
         let count = record.frames.map_or(0, |frames| frames.count);
         let metas = (0..count).filter_map(|number| self.files.frame_meta(&record.id, number));
-        let lines: Vec<_> = metas.flat_map(|meta| meta.lines).filter(|(name, _)| name == warnings::NAME).collect();
-        warnings::together(lines.iter().map(|(_, line)| line.as_str()))
+        let lines: Vec<_> = metas.filter_map(|meta| meta.warnings().map(str::to_owned)).collect();
+        warnings::together(lines.iter().map(String::as_str))
     }
 
     /// What is known of all finished frames of a job.
