@@ -3,7 +3,7 @@
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
 use crate::http::extract::json_body;
-use crate::http::extract::scene_part::{inside, offset};
+use crate::http::extract::scene_part::ScenePart;
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::problem::ErrorEntry;
@@ -78,10 +78,8 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
     let rays = read_all(&rays.texts)?;
     let (form, scene) = form_of(app, tenant, text.get().as_bytes())?;
     let scene = SentScene::new(scene, &form, &sent.overrides);
-    let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| match error {
-        Error::Scene(problems) => Error::Scene(inside(sent.text, "/scene", offset(sent.text, text), problems)),
-        error => error,
-    })?;
+    let part = ScenePart::of(sent.text, "/scene".into(), text);
+    let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| part.error(error))?;
     let mut answer = app.service.memory.empty();
     let most = MOST_GROWTH * (sent.text.len() + BESIDE);
     answer.append(b"{\"answers\":[")?;
