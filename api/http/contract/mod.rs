@@ -116,6 +116,10 @@ fn problem() -> Value {
     json!({
         "description": "A problem (RFC 9457): what is wrong, where, and what to do.",
         "headers": {
+            "Accept-Encoding": {
+                "description": "With 415 for a `Content-Encoding`: those that there are (RFC 9110 section 15.5.16).",
+                "schema": { "type": "string" },
+            },
             "Retry-After": {
                 "description": "With 429 and 503: seconds to wait before the next try.",
                 "schema": { "type": "integer", "minimum": 1, "maximum": 120 },
