@@ -1,7 +1,7 @@
 //! `POST /v1/compare`: how far two pictures are from each other.
 
 use crate::http::contract::{example_scene, scene_reference};
-use crate::http::extract::scene_part::ScenePart;
+use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
@@ -186,7 +186,7 @@ struct Wanted {
     source: WantedSource,
     overrides: Overrides,
     /// Where its scene is in the body.
-    part: ScenePart,
+    part: BodyPart,
 }
 
 enum WantedSource {
@@ -207,11 +207,11 @@ fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'
     query.finish()?;
     let (source, part) = match (side.image, side.scene) {
         (Some(image), None) if side.settings.is_empty() => {
-            (WantedSource::Image(image_id(&image)?), ScenePart::default())
+            (WantedSource::Image(image_id(&image)?), BodyPart::default())
         }
         (None, Some(scene)) => {
             let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
-            let part = ScenePart::of(body, format!("/{name}/scene"), scene);
+            let part = BodyPart::of(body, format!("/{name}/scene"), scene);
             (WantedSource::Scene(form, text.to_vec()), part)
         }
         _ => {
@@ -234,7 +234,7 @@ enum Picture {
     /// It exists.
     There(Arc<PictureFile>),
     /// It may be rendered.
-    Renderable(Source, ScenePart),
+    Renderable(Source, BodyPart),
 }
 
 impl Wanted {

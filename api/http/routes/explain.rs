@@ -1,8 +1,8 @@
 //! `POST /v1/explain`: which effects a scene calls for, why, and what they should take, with one setting or several.
 
 use crate::http::contract::scene_reference;
+use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::json_body;
-use crate::http::extract::scene_part::ScenePart;
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
@@ -159,7 +159,7 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
     };
     let overrides = settings.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
     let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
-    let part = ScenePart::of(sent.text, "/scene".into(), scene);
+    let part = BodyPart::of(sent.text, "/scene".into(), scene);
     let sent = SentScene::new(text, &form, &sent.overrides);
     let all = [&[sent.overrides], &overrides[..]].concat();
     let scenes = app.service.scenes.find_several(&work.workers, &sent, &all).map_err(|error| part.error(error))?;

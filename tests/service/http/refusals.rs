@@ -109,6 +109,34 @@ fn all_problems_of_other_bodies_are_reported_with_their_places() {
         ),
         ("/v1/jobs", BALL.to_owned(), "invalid-request", &["#", "#/version", "#/image"]),
         ("/v1/rays", format!(r#"{{"scene": {BALL}, "rays": {{"origin": [0, 0, 0]}}}}"#), "invalid-rays", &["#/rays"]),
+        // Lists of fields in the places of objects.
+        (
+            "/v1/rays",
+            format!(r#"{{"scene": {BALL}, "rays": [[[0, 0, 0], [0, 0, 1]]]}}"#),
+            "invalid-rays",
+            &["#/rays/0"],
+        ),
+        (
+            "/v1/rays",
+            format!(r#"{{"scene": {BALL}, "rays": [{{"origin": [0, 0, 0], "direction": [0, 0, 0]}}]}}"#),
+            "invalid-rays",
+            &["#/rays/0/direction"],
+        ),
+        ("/v1/rays", format!(r#"[{BALL}, []]"#), "invalid-rays", &["#"]),
+        (
+            "/v1/jobs",
+            format!(
+                r#"{{"scene": {BALL}, "frames": {{"count": 2, "turntable": [[0, 1, 0]]}}, "webhook": ["http://a"]}}"#
+            ),
+            "invalid-request",
+            &["#/frames/turntable", "#/webhook"],
+        ),
+        (
+            "/v1/compare",
+            format!(r#"{{"a": {{"scene": {BALL}}}, "b": ["i_a", null, {{}}]}}"#),
+            "invalid-request",
+            &["#/b"],
+        ),
         ("/v1/compare", r#"{"a": {"image": 1}, "b": {}}"#.to_owned(), "invalid-request", &["#/a/image"]),
         ("/v1/assets/missing", r#"{"sha256": "abc"}"#.to_owned(), "invalid-request", &["#/sha256"]),
         ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": 1}}"#), "invalid-request", &["#/settings"]),

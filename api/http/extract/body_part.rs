@@ -1,19 +1,19 @@
-//! A scene that is a part of a body.
+//! Parts of a body that are read on their own: a scene, a ray.
 
 use crate::service::error::Error;
 use serde_json::value::RawValue;
 use strahl::scene::{Problems, problem};
 
-/// Where a scene is in the body of a request. By default it is the whole body.
+/// Where a part is in the body of a request. By default it is the whole body.
 #[derive(Debug, Default)]
-pub(crate) struct ScenePart {
+pub(crate) struct BodyPart {
     pointer: String,
     /// Lines and columns before it.
     lines: u32,
     columns: u32,
 }
 
-impl ScenePart {
+impl BodyPart {
     /// The part of a body at a pointer.
     pub(crate) fn of(body: &[u8], pointer: String, part: &RawValue) -> Self {
         let before = &body[..part.get().as_ptr() as usize - body.as_ptr() as usize];
@@ -22,7 +22,7 @@ impl ScenePart {
         Self { pointer, lines, columns }
     }
 
-    /// Problems of the scene, with places in the body.
+    /// Problems of the part, with places in the body.
     pub(crate) fn problems(&self, problems: Problems) -> Problems {
         let Self { pointer, lines, columns } = self;
         let place = |problem: problem::Problem| problem::Problem {
@@ -52,15 +52,15 @@ mod tests {
     fn problems_of_a_scene_inside_a_body_are_found_in_the_body() {
         let body = "{\"rays\": [],\n \"scene\": {\n  \"version\": 2}}".as_bytes();
         let parts: HashMap<&str, &RawValue> = serde_json::from_slice(body).unwrap();
-        let at = |part: &ScenePart, line, column| {
+        let at = |part: &BodyPart, line, column| {
             let problem = problem::Problem::new("/version", problem::Code::OutOfRange, "must be 1");
             let problems = Problems::one(problem::Problem { line: Some(line), column: Some(column), ..problem });
             let Problems(found) = part.problems(problems);
             (found[0].pointer.clone(), found[0].line, found[0].column)
         };
-        let part = ScenePart::of(body, "/scene".into(), parts["scene"]);
+        let part = BodyPart::of(body, "/scene".into(), parts["scene"]);
         assert_eq!(at(&part, 1, 1), ("/scene/version".into(), Some(2), Some(11)));
         assert_eq!(at(&part, 2, 14), ("/scene/version".into(), Some(3), Some(14)));
-        assert_eq!(at(&ScenePart::default(), 2, 14), ("/version".into(), Some(2), Some(14)));
+        assert_eq!(at(&BodyPart::default(), 2, 14), ("/version".into(), Some(2), Some(14)));
     }
 }
