@@ -215,6 +215,11 @@ fn pictures_from_all_around_have_the_warnings_of_the_model() {
     }
     let headers = [GLB, ("Prefer", "wait=20")];
     let job = service.send("POST", &format!("/v1/jobs?{query}&turntable=3"), &headers, &brushed).json();
+    // The job has each once, with its code.
+    let told = job["sequence"]["warnings"].as_array().unwrap();
+    let of_header = |warning: &&Value| expected.contains(warning["detail"].as_str().unwrap());
+    assert!(!told.is_empty() && told.iter().all(|warning| of_header(&warning)), "{job}");
+    assert_eq!(told.iter().filter(|warning| warning["code"] == "not-simulated").count(), 1, "{job}");
     for what in ["animation", "sheet", "frames/1"] {
         let answer = service.get(&format!("/v1/jobs/{}/{what}", job["id"].as_str().unwrap()));
         assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{what}");
