@@ -65,6 +65,7 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
         Some(sequence) => session.prepare_frame(sequence.frame(args.frame))?,
         None => session.prepare()?,
     };
+    output::warn(&session.file.name, &ready.scene.warnings);
     let whole = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, whole, format) };
     let make = || make(session.started, &ready, ready.loading, &shot, &session.workers, &session.control, None, None);

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use strahl::inspect::query::{RayQuery, answer};
 use strahl::render::Cancelled;
-use strahl::scene::Scene;
+use strahl::scene::{Problem, Problems, Scene};
 
 /// `strahl rays`.
 #[derive(Debug, Args)]
@@ -106,6 +106,10 @@ fn answer_lines(
 
 fn answer_line(scene: &Scene, line: &[u8]) -> Result<String, String> {
     let line = std::str::from_utf8(line).map_err(|_| "this is not UTF-8 text")?;
-    let ray: RayQuery = line.parse()?;
+    let ray: RayQuery = line.parse().map_err(|Problems(found)| {
+        // Its line is that of the input, which stands beside the error.
+        let sentences = found.into_iter().map(|problem| Problem { line: None, column: None, ..problem }.to_string());
+        format!("this is not a ray: {}", sentences.collect::<Vec<_>>().join("; "))
+    })?;
     serde_json::to_string(&answer(scene, &ray)).map_err(|error| error.to_string())
 }

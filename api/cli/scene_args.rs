@@ -36,8 +36,8 @@ pub(super) struct SettingsArgs {
     /// Size of the picture by its name, in place of --width and --height: og is that of a preview of a page, 1200 x 630.
     #[arg(long, value_name = "NAME", value_parser = ["og"], hide_possible_values = true, groups = ["across", "down"])]
     size: Option<String>,
-    /// Pixels of the device for each of --width and --height, or of --size [default: 1].
-    #[arg(long, value_name = "RATIO", value_parser = ratio, requires = "across", requires = "down")]
+    /// Pixels of the device for each pixel across and down, as the scene says or as given [default: 1].
+    #[arg(long, value_name = "RATIO", value_parser = ratio)]
     dpr: Option<f64>,
     /// What the camera sees where nothing is: scene, transparent, or a colour as #rrggbb [default: as the scene says].
     #[arg(long, value_name = "BACKGROUND")]
@@ -151,22 +151,13 @@ fn stops(text: &str) -> Result<f64, String> {
 }
 
 impl SettingsArgs {
-    /// Pixels across and down, of the device.
-    fn size(&self) -> [Option<u32>; 2] {
-        let [width, height] = if self.size.is_some() { [Some(1200), Some(630)] } else { [self.width, self.height] };
-        let dpr = self.dpr.unwrap_or(1.0);
-        [width, height].map(|pixels| {
-            let scaled = (f64::from(pixels?) * dpr).round();
-            Some(scaled.clamp(1.0, limits::IMAGE_SIDE.max as f64) as u32)
-        })
-    }
-
     /// The settings as the renderer takes them.
     pub(super) fn overrides(&self) -> Overrides {
-        let [width, height] = self.size();
+        let [width, height] = if self.size.is_some() { [Some(1200), Some(630)] } else { [self.width, self.height] };
         Overrides {
             width,
             height,
+            dpr: self.dpr,
             max_depth: self.max_depth,
             min_weight: self.min_weight,
             accuracy: self.accuracy,

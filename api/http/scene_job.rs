@@ -47,8 +47,7 @@ pub(crate) async fn ask<P: Send + 'static>(
             answer(Question { app: &app, work, sent: &sent, tenant: &tenant }, extra)
         }
     };
-    let (media_type, body) = app.service.run(task, work).await?.value;
-    Ok(([(header::CONTENT_TYPE, media_type)], body).into_response())
+    Ok(app.service.run(task, work).await?.value.into_response())
 }
 
 /// Answers a question about the pixels of a known image. `extra` reads the parameters of this kind of question.
@@ -74,6 +73,6 @@ pub(crate) async fn ask_image<P: Send + 'static>(
             answer(&app, work, &opened, extra)
         }
     };
-    let (media_type, body) = app.service.run(task, work).await?.value;
-    Ok(([(header::CONTENT_TYPE, media_type), (header::CACHE_CONTROL, "no-cache")], body).into_response())
+    let answer = app.service.run(task, work).await?.value;
+    Ok(([(header::CACHE_CONTROL, "no-cache")], answer).into_response())
 }

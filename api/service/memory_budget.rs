@@ -98,13 +98,18 @@ impl MemoryBudget {
         Ok(read().map(|bytes| MeteredBytes { bytes, share }))
     }
 
-    fn take(&self, bytes: u64, having: u64) -> Result<(), Error> {
-        let max = self.0.limit;
-        let needed = bytes.saturating_add(having);
-        if needed > self.most() {
-            let detail = format!("this would take {needed} bytes of memory, more than the service has (memory_bytes)");
-            return Err(Error::Limit { name: "memory_bytes", max, detail });
+    /// Refuses what one piece of work can never have.
+    pub(crate) fn check(&self, needed: u64) -> Result<(), Error> {
+        if needed <= self.most() {
+            return Ok(());
         }
+        let detail = format!("this would take {needed} bytes of memory, more than the service has (memory_bytes)");
+        Err(Error::Limit { name: "memory_bytes", max: self.0.limit, detail })
+    }
+
+    fn take(&self, bytes: u64, having: u64) -> Result<(), Error> {
+        self.check(bytes.saturating_add(having))?;
+        let max = self.0.limit;
         let fits = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= max);
         while self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits).is_err() {
             if !self.evict() {

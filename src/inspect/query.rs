@@ -4,10 +4,13 @@ use crate::accel::Coherence;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
 use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
-use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::MAGNITUDE;
+use crate::scene::locate::locate;
+use crate::scene::problem::Code;
+use crate::scene::read::read_as;
 use crate::scene::world::World;
+use crate::scene::{Problem, Problems, Scene};
 use crate::shading::media::Media;
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
 use crate::trace::eye_media::media_at;
@@ -37,27 +40,36 @@ pub struct RayQuery {
     pub t_max: Option<f64>,
 }
 
-/// From JSON; the error is a sentence.
+/// From JSON; each problem has its pointer, line and column.
 impl FromStr for RayQuery {
-    type Err = String;
+    type Err = Problems;
 
-    fn from_str(json: &str) -> Result<Self, String> {
-        let ray: Self = serde_json::from_str(json).map_err(|error| format!("this is not a ray: {error}"))?;
-        if ray.direction == [0.0; 3] {
-            return Err("the direction has length 0; any other length will do".into());
+    fn from_str(json: &str) -> Result<Self, Problems> {
+        let ray: Self = read_as(json.as_bytes(), "ray")?;
+        let Some((pointer, detail)) = ray.fault() else { return Ok(ray) };
+        let mut problem = [Problem::new(pointer, Code::OutOfRange, detail)];
+        locate(json.as_bytes(), &mut problem);
+        Err(Problems(problem.into()))
+    }
+}
+
+impl RayQuery {
+    /// What is wrong with its numbers, and where.
+    fn fault(&self) -> Option<(&'static str, String)> {
+        if self.direction == [0.0; 3] {
+            return Some(("/direction", "the direction has length 0; any other length will do".into()));
         }
-        if ray.direction.iter().all(|x| x.abs() < SHORTEST) {
-            return Err(format!(
-                "the direction is too short for t in its units: one coordinate must be {SHORTEST:e} or more"
-            ));
+        if self.direction.iter().all(|x| x.abs() < SHORTEST) {
+            let detail =
+                format!("the direction is too short for t in its units: one coordinate must be {SHORTEST:e} or more");
+            return Some(("/direction", detail));
         }
-        if ray.origin.iter().any(|x| x.abs() > MAGNITUDE) {
-            return Err(format!("the origin must have coordinates between -{MAGNITUDE:e} and {MAGNITUDE:e}"));
+        if self.origin.iter().any(|x| x.abs() > MAGNITUDE) {
+            let detail = format!("the origin must have coordinates between -{MAGNITUDE:e} and {MAGNITUDE:e}");
+            return Some(("/origin", detail));
         }
-        if ray.t_max.is_some_and(|t_max| t_max < ray.t_min) {
-            return Err("t_max is below t_min, so no hit could count".into());
-        }
-        Ok(ray)
+        let is_empty = self.t_max.is_some_and(|t_max| t_max < self.t_min);
+        is_empty.then(|| ("/t_max", "t_max is below t_min, so no hit could count".into()))
     }
 }
 
@@ -196,5 +208,13 @@ mod tests {
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,1e-320,-1e-290]}"#).is_ok());
         assert!(read(r#"{"origin":[0,0,0],"direction":[0,0,1],"t_min":2,"t_max":1}"#).is_err());
         assert!(read(r#"{"origin":[0,0,0],"dir":[0,0,1]}"#).is_err());
+    }
+
+    #[test]
+    fn rays_are_objects() {
+        let told = |json: &str| json.parse::<RayQuery>().unwrap_err().to_string();
+        assert_eq!(told("[[0,0,0],[0,0,1]]"), "line 1, column 1: must be an object, is an array of 2 elements");
+        let short = told("{\"origin\":[0,0,0],\n\"direction\":[0,0,0]}");
+        assert!(short.starts_with("line 2, column 13: /direction: "), "{short}");
     }
 }

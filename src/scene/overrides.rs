@@ -1,6 +1,8 @@
 //! Settings that replace those of a scene: what a request or a command line says beside it.
 
-use super::description::{Accuracy, Camera, Description, Fidelity, FilmBackground, PinholeCamera, Precision};
+use super::description::{
+    Accuracy, Camera, Description, Fidelity, FilmBackground, ImageSize, PinholeCamera, Precision,
+};
 use super::locate::locate;
 use super::model::ModelOptions;
 use super::nff::NffOptions;
@@ -18,6 +20,9 @@ pub struct Overrides {
     pub width: Option<u32>,
     /// Pixels down.
     pub height: Option<u32>,
+    /// Pixels of the device for each pixel across and down, those of the scene if it has its own size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dpr: Option<f64>,
     /// Longest chain of rays.
     pub max_depth: Option<u32>,
     /// Weight below which a ray is not followed.
@@ -59,6 +64,7 @@ impl Overrides {
         Self {
             width: self.width.or(other.width),
             height: self.height.or(other.height),
+            dpr: self.dpr.or(other.dpr),
             max_depth: self.max_depth.or(other.max_depth),
             min_weight: self.min_weight.or(other.min_weight),
             accuracy: self.accuracy.or(other.accuracy),
@@ -73,6 +79,30 @@ impl Overrides {
             nff: other.nff,
             model: other.model,
         }
+    }
+
+    /// What is left of them for variations of a scene that has them already, with this size: where the camera is may be varied, and
+    /// pixels are multiplied once.
+    pub fn again(self, image: ImageSize) -> Self {
+        let size = self.dpr.map(|_| image);
+        Self {
+            width: size.map_or(self.width, |size| Some(size.width)),
+            height: size.map_or(self.height, |size| Some(size.height)),
+            dpr: None,
+            seen_from: None,
+            ..self
+        }
+    }
+
+    /// The size of the picture of a scene that says `image`.
+    pub(super) fn size(&self, image: ImageSize) -> ImageSize {
+        let ImageSize { width, height } = image;
+        let [width, height] = [self.width.unwrap_or(width), self.height.unwrap_or(height)].map(|pixels| {
+            // None stays none, and what is beyond all numbers is the largest: both are refused.
+            let least = f64::from(pixels.min(1));
+            self.dpr.map_or(pixels, |dpr| (f64::from(pixels) * dpr).round().max(least) as u32)
+        });
+        ImageSize { width, height }
     }
 
     /// Refuses options of models for what is none; glTF in JSON is one.
@@ -90,8 +120,7 @@ impl Overrides {
         if let Some([eye, look_at]) = self.seen_from {
             *camera = Camera::Pinhole(PinholeCamera::looking(eye, look_at));
         }
-        image.width = self.width.unwrap_or(image.width);
-        image.height = self.height.unwrap_or(image.height);
+        *image = self.size(*image);
         render.max_depth = self.max_depth.or(render.max_depth);
         render.min_weight = self.min_weight.or(render.min_weight);
         render.accuracy = self.accuracy.or(render.accuracy);
@@ -112,7 +141,8 @@ impl Overrides {
             let pointer = &problem.pointer;
             let key = ["/image/", "/render/", "/film/"].iter().find_map(|part| pointer.strip_prefix(part));
             let is_camera = self.seen_from.is_some() && pointer.starts_with("/camera/");
-            if is_camera || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
+            let is_size = self.dpr.is_some() && pointer.starts_with("/image");
+            if is_camera || is_size || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);
             }
         }

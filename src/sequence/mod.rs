@@ -159,8 +159,8 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// The scene of this frame, if `accept` wants it. `overrides` replace settings of every frame, but not where the camera is:
-    /// for that they are to be in `original`.
+    /// The scene of this frame, if `accept` wants it. `overrides` are those of `original`, and replace settings of every frame, but
+    /// not where the camera is.
     pub fn load_if<E>(
         &self,
         original: Original<'_>,
@@ -168,7 +168,7 @@ impl<'a> Frame<'a> {
         files: &dyn Files,
         accept: impl FnOnce(&Description) -> Result<(), E>,
     ) -> Result<Loaded, NotLoaded<E>> {
-        let overrides = Overrides { seen_from: None, ..*overrides };
+        let overrides = overrides.again(original.description.image);
         let loaded = vary_with(original, self.patch(), |scene| self.place(scene), &overrides, files, accept);
         loaded.map_err(|error| match error {
             NotLoaded::Problems(problems) => NotLoaded::Problems(self.named(problems)),

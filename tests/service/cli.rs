@@ -125,6 +125,16 @@ fn a_scene_is_rendered_into_every_format() {
     assert_eq!(size(&std::fs::read(folder.join("a.png")).unwrap()), (40, 30));
     done(&folder, &["render", "ball.nff", "-o", "n.png", "--width", "9", "--height", "7"], "");
     assert_eq!(size(&std::fs::read(folder.join("n.png")).unwrap()), (9, 7));
+    // Pixels of a device, of the size that the scene says or the command line.
+    for (args, expected) in [
+        (&["--dpr", "2"][..], (80, 60)),
+        (&["--dpr", "0.5", "--width", "10"], (5, 15)),
+        (&["--dpr", "2", "--frames", "2"], (80, 60)),
+        (&["--dpr", "0.5", "--size", "og"], (600, 315)),
+    ] {
+        done(&folder, &[&["render", "ball.json", "-o", "d.png"], args].concat(), "");
+        assert_eq!(size(&std::fs::read(folder.join("d.png")).unwrap()), expected, "{args:?}");
+    }
     let deep = done(&folder, &["render", "ball.json", "-o", "-", "--format", "png", "--bits", "16"], "");
     assert_eq!(image::load_from_memory(&deep).unwrap().color(), image::ColorType::Rgb16);
 }

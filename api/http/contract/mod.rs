@@ -24,6 +24,10 @@ const TAGS: [(&str, &str); 6] = [
     ("service", "About the service itself"),
 ];
 
+/// What the header `Render-Warnings` holds.
+const WARNINGS: &str =
+    "Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all.";
+
 /// The document as the text of `api/openapi.json`.
 pub(crate) fn openapi_text(routes: &[Route]) -> String {
     format!("{:#}\n", document(routes))
@@ -88,7 +92,7 @@ fn picture() -> Value {
             "Content-Location": optional("Where this picture stays, as long as its scene is known."),
             "Repr-Digest": header("SHA-256 of the picture's file (RFC 9530)."),
             "Render-Plan": header("Effects that were simulated."),
-            "Render-Warnings": optional("Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all."),
+            "Render-Warnings": optional(WARNINGS),
         },
         "content": Map::from_iter(formats),
     })
@@ -112,6 +116,10 @@ fn problem() -> Value {
     json!({
         "description": "A problem (RFC 9457): what is wrong, where, and what to do.",
         "headers": {
+            "Accept-Encoding": {
+                "description": "With 415 for a `Content-Encoding`: those that there are (RFC 9110 section 15.5.16).",
+                "schema": { "type": "string" },
+            },
             "Retry-After": {
                 "description": "With 429 and 503: seconds to wait before the next try.",
                 "schema": { "type": "integer", "minimum": 1, "maximum": 120 },

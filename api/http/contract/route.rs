@@ -1,5 +1,6 @@
 //! A route: its path, its handler, and its place in the contract.
 
+use super::WARNINGS;
 use super::links;
 use super::schemas::{Schemas, bytes};
 use crate::http::auth::tenant::Scope;
@@ -302,6 +303,11 @@ impl Route {
     pub(crate) fn answer_header(mut self, name: &'static str, about: &'static str) -> Self {
         self.headers.push((name, about));
         self
+    }
+
+    /// Declares the header with the warnings of the scene.
+    pub(crate) fn warns(self) -> Self {
+        self.answer_header("Render-Warnings", WARNINGS)
     }
 
     /// Declares a picture as the answer 200.

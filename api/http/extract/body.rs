@@ -79,6 +79,9 @@ pub(crate) fn declares_json(headers: &HeaderMap) -> Result<Option<Format>, Probl
     }
 }
 
+/// Content codings of bodies.
+const CODINGS: &str = "gzip";
+
 /// How a body is encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Encoding {
@@ -90,7 +93,10 @@ fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {
     match text(headers, header::CONTENT_ENCODING).to_ascii_lowercase().as_str() {
         "" | "identity" => Ok(Encoding::Identity),
         "gzip" | "x-gzip" => Ok(Encoding::Gzip),
-        other => Err(unsupported(format!("Content-Encoding {other} is not supported, gzip is"))),
+        other => {
+            let detail = format!("Content-Encoding {other} is not supported: send the body as it is, or with gzip");
+            Err(Problem::new(Kind::UnsupportedMediaType, detail).with_codings(CODINGS))
+        }
     }
 }
 

@@ -2,13 +2,13 @@
 
 pub(crate) mod accept;
 pub(crate) mod body;
+pub(crate) mod body_part;
 pub(crate) mod conditions;
 pub(crate) mod json_body;
 pub(crate) mod named_job;
 pub(crate) mod path;
 pub(crate) mod prefer;
 pub(crate) mod query;
-pub(crate) mod scene_part;
 pub(crate) mod scene_request;
 mod scene_settings;
 pub(crate) mod variation;

@@ -23,10 +23,11 @@ impl Query {
             let detail = "it is for NFF; in JSON, materials have \"one_sided\"";
             self.wrong("two_sided", "unsupported", detail.into());
         }
-        let [width, height] = self.size();
+        let ([width, height], dpr) = self.size();
         Overrides {
             width,
             height,
+            dpr,
             max_depth: self.up_to("max_depth", "Longest chain of rays; the primary ray counts 1.", limits::MAX_DEPTH),
             min_weight: self.take(
                 "min_weight",
@@ -65,13 +66,14 @@ impl Query {
     }
 
     /// `width`, `height`, `size` and `dpr`.
-    fn size(&mut self) -> [Option<u32>; 2] {
+    fn size(&mut self) -> ([Option<u32>; 2], Option<f64>) {
         let width = self.up_to("width", "Pixels across, in place of the scene's.", limits::IMAGE_SIDE);
         let height = self.up_to("height", "Pixels down, in place of the scene's.", limits::IMAGE_SIDE);
         let about =
             "A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630.";
         let size = self.take("size", about, Values::Words(vec!["og".into()]), |name| (name == "og").then_some(PREVIEW));
-        let about = "Pixels of the device for each of width and height.";
+        let about =
+            "Pixels of the device for each of width and height, which are the scene's where they are not given.";
         let values = Values::Number(0.25, Some(8.0), None);
         let dpr = self
             .take("dpr", about, values, |text| text.parse().ok().filter(|ratio: &f64| (0.25..=8.0).contains(ratio)));
@@ -79,18 +81,14 @@ impl Query {
             self.wrong("size", "unsupported", "it takes the place of width and height: give either".into());
         }
         let [width, height] = size.map_or([width, height], |size| size.map(Some));
-        let Some(dpr) = dpr else { return [width, height] };
-        if width.is_none() || height.is_none() {
-            self.wrong("dpr", "unsupported", "it multiplies width and height: give both, or size=og".into());
-        }
-        [width, height].map(|pixels| {
-            let scaled = f64::from(pixels?) * dpr;
-            let most = limits::IMAGE_SIDE.max as f64;
+        let most = limits::IMAGE_SIDE.max as f64;
+        for pixels in [width, height].into_iter().flatten() {
+            let scaled = f64::from(pixels) * dpr.unwrap_or(1.0);
             if scaled > most {
                 self.wrong("dpr", "out-of-range", format!("{scaled} pixels are more than {most} (image_side)"));
             }
-            Some(scaled.round().clamp(1.0, most) as u32)
-        })
+        }
+        ([width, height], dpr)
     }
 
     /// What is asked of a model; scenes refuse it.

@@ -13,7 +13,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 /// Headers of answers that pages may read.
-const EXPOSED: &str = "Content-Disposition, Content-Location, ETag, Idempotency-Replayed, Link, Location, \
+const EXPOSED: &str = "Accept-Encoding, Content-Disposition, Content-Location, ETag, Idempotency-Replayed, Link, Location, \
                        Preference-Applied, RateLimit, RateLimit-Policy, Render-Error, Render-Plan, Render-Rays, \
                        Render-Warnings, Repr-Digest, Retry-After, Server-Timing, WWW-Authenticate, X-Request-Id";
 const METHODS: &str = "GET, HEAD, POST, QUERY, PUT, PATCH, DELETE";

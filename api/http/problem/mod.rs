@@ -25,6 +25,8 @@ pub(crate) struct Problem {
     detail: String,
     members: Box<Members>,
     retry_after: Option<u32>,
+    /// The content codings there are, if one was asked for that there is not.
+    codings: Option<&'static str>,
 }
 
 /// A problem (RFC 9457).
@@ -149,7 +151,7 @@ impl From<Error> for ProblemSummary {
 impl Problem {
     /// A problem with its detail.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None }
+        Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None, codings: None }
     }
 
     /// A limit, by name.
@@ -171,6 +173,12 @@ impl Problem {
     pub(crate) fn with_available(mut self, available: Vec<&'static str>) -> Self {
         self.members.available = available;
         self
+    }
+
+    /// Says which content codings there are. Only for who asked for another one: with other problems the header would mislead
+    /// (RFC 9110 section 12.5.3).
+    pub(crate) fn with_codings(self, codings: &'static str) -> Self {
+        Self { codings: Some(codings), ..self }
     }
 
     /// Adds the scope that the key lacks.
@@ -229,7 +237,7 @@ impl Problem {
 
     /// The answer with the request's id.
     pub(crate) fn answer(self, request_id: &str) -> Response {
-        let (kind, status, retry_after) = (self.kind, self.status(), self.retry_after);
+        let (kind, status, retry_after, codings) = (self.kind, self.status(), self.retry_after, self.codings);
         let mut response = (status, self.document(request_id)).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
@@ -239,6 +247,9 @@ impl Problem {
         }
         if kind == Kind::Unauthorized {
             headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"strahl\""));
+        }
+        if let Some(codings) = codings {
+            headers.insert(header::ACCEPT_ENCODING, HeaderValue::from_static(codings));
         }
         if let Some(seconds) = retry_after {
             headers.insert(header::RETRY_AFTER, seconds.into());

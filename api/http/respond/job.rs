@@ -279,7 +279,7 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
         let (app, record) = (Arc::clone(app), job.record().clone());
         let (rays, ms) = (record.estimate_rays, record.estimate_ms);
         let frames = blocking(move || app.service.jobs.frame_reports(&record)).await;
-        view.sequence = frames.ok().map(|frames| SequenceReport::of(&frames, rays, ms));
+        view.sequence = frames.ok().map(|(frames, warnings)| SequenceReport::of(&frames, warnings, rays, ms));
     } else if view.state == JobState::Succeeded {
         let (app, job) = (Arc::clone(app), Arc::clone(job));
         let meta = blocking(move || app.service.jobs.meta(&job)).await;

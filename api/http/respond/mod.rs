@@ -14,12 +14,48 @@ pub(crate) mod turntable;
 
 use super::problem::{Kind, Problem};
 use crate::service::memory_budget::{MemoryBudget, MeteredBytes};
+use crate::service::pictures::warnings;
 use axum::body::{Body, Bytes};
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
 use serde::Serialize;
+use strahl::scene;
 
-/// A media type and a body of it.
-pub(crate) type Answer = (&'static str, Body);
+/// The answer to a question about a scene.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    media_type: &'static str,
+    body: Body,
+    /// The line with the warnings of the scene.
+    warnings: Option<String>,
+}
+
+impl Answer {
+    /// A body of a media type.
+    pub(crate) fn new(media_type: &'static str, body: Body) -> Self {
+        Self { media_type, body, warnings: None }
+    }
+
+    /// The same with the warnings of its scene as a header.
+    pub(crate) fn warning(self, warnings: &[scene::Problem]) -> Self {
+        Self { warnings: warnings::line(warnings, None), ..self }
+    }
+}
+
+impl IntoResponse for Answer {
+    fn into_response(self) -> Response {
+        let mut response = ([(header::CONTENT_TYPE, self.media_type)], self.body).into_response();
+        put_warnings(response.headers_mut(), self.warnings.as_deref());
+        response
+    }
+}
+
+/// Sets the header with warnings, if there are any.
+pub(crate) fn put_warnings(headers: &mut HeaderMap, line: Option<&str>) {
+    if let Some(line) = line {
+        put(headers, HeaderName::from_static(warnings::NAME), line);
+    }
+}
 
 /// Bytes as the body of an answer. They keep their share of the memory until they are sent.
 pub(crate) fn body(bytes: MeteredBytes) -> Body {
@@ -32,7 +68,7 @@ pub(crate) fn to_json(memory: &MemoryBudget, value: &impl Serialize) -> Result<A
         tracing::error!(%error, "an answer cannot be written as JSON");
         Problem::new(Kind::Internal, "the answer cannot be written")
     })?;
-    Ok(("application/json", body(memory.metered(json)?)))
+    Ok(Answer::new("application/json", body(memory.metered(json)?)))
 }
 
 /// Sets a header. Values are ASCII: ids, numbers, names of effects.

@@ -2,7 +2,7 @@
 
 use super::job::no_picture;
 use super::picture::{Freshness, ResponseContext, deliver, precondition_response, stored};
-use super::{blocking, body, put};
+use super::{blocking, body, put, put_warnings};
 use crate::http::auth::tenant::Tenant;
 use crate::http::extract::accept::best;
 use crate::http::problem::{Kind, Problem};
@@ -11,12 +11,11 @@ use crate::service::error::Error;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
-use crate::service::pictures::warnings;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::sequences::Frames;
 use crate::service::sequences::shown::animations;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderValue, Method, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use strahl::film::animation::AnimationFormat;
@@ -81,9 +80,7 @@ async fn warnings_of(app: &App, job: &Arc<Job>) -> Result<HeaderMap, Problem> {
     let (service, record) = (Arc::clone(&app.service), job.record().clone());
     let line = blocking(move || service.jobs.frame_warnings(&record)).await?;
     let mut headers = HeaderMap::new();
-    if let Some(line) = line {
-        put(&mut headers, HeaderName::from_static(warnings::NAME), &line);
-    }
+    put_warnings(&mut headers, line.as_deref());
     Ok(headers)
 }
 

@@ -1,18 +1,17 @@
 //! `POST /v1/compare`: how far two pictures are from each other.
 
 use crate::http::contract::{example_scene, scene_reference};
-use crate::http::extract::scene_part::{inside, offset};
+use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
-use crate::http::respond::body as bytes_of;
 use crate::http::respond::image::image_id;
+use crate::http::respond::{body as bytes_of, put_warnings};
 use crate::http::state::AppState;
-use crate::service::error::Error;
-use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
-use crate::service::requests::compare::{Compared, Drawn};
+use crate::service::pictures::warnings;
+use crate::service::requests::compare::{Compared, Drawn, size_of};
 use crate::service::requests::pictures::{Source, Upload, image_of};
 use crate::service::scenes::cache::Form as SceneForm;
 use crate::service::scenes::ids::ImageId;
@@ -48,7 +47,8 @@ pub(super) fn routes() -> Vec<Route> {
                     Content::file("image/png"),
                     Content::file("image/x-portable-floatmap"),
                 ],
-            ),
+            )
+            .warns(),
     ]
 }
 
@@ -145,47 +145,48 @@ async fn compare(State(app): State<App>, request: Request) -> Result<Response, P
     };
     let text = body::read(&app, &parts.headers, body).await?;
     body::check_content(declared, text.as_ref())?;
-    let format = drawn.map_or(FileFormat::Png8, Drawn::source);
-    let [a, b] = files(&app, &tenant, text, format).await?;
+    let wanted = both_of(&app, &tenant, text.as_ref())?;
+    drop(text);
+    let ([a, b], size) = files(&app, &tenant, wanted, drawn).await?;
     let task = tenant.task(Class::Renders);
     let ids = [&a, &b].map(|file| file.meta.image.clone());
+    let mut headers = HeaderMap::new();
+    let warnings = warnings::together([&a, &b].into_iter().filter_map(|file| file.meta.warnings()));
+    put_warnings(&mut headers, warnings.as_deref());
     if let Some(drawn) = drawn {
-        let bytes = app.service.draw_difference(task, [a, b], drawn).await?;
+        let bytes = app.service.draw_difference(task, [a, b], size, drawn).await?;
         let media_type = if matches!(drawn, Drawn::Codes(_)) { "image/png" } else { "image/x-portable-floatmap" };
         let bytes = bytes_of(app.service.memory.metered(bytes)?);
-        return Ok(([(header::CONTENT_TYPE, media_type)], bytes).into_response());
+        return Ok((headers, [(header::CONTENT_TYPE, media_type)], bytes).into_response());
     }
-    let Compared { size: [width, height], codes, seen } = app.service.compare(task, [a, b]).await?;
+    let Compared { codes, seen } = app.service.compare(task, [a, b], size).await?;
     let rms_codes = codes.psnr.map_or(0.0, |psnr| 255.0 / strahl::math::pow(10.0, psnr / 20.0));
     let (flip, ciede2000) = seen.map_or((None, None), |[flip, ciede2000]| (Some(flip), Some(ciede2000)));
-    let [a, b] = ids;
+    let ([width, height], [a, b]) = (size, ids);
     let same = codes.error.max == 0.0;
-    Ok(Json(Difference { width, height, same, codes, rms_codes, flip, ciede2000, a, b }).into_response())
+    let difference = Difference { width, height, same, codes, rms_codes, flip, ciede2000, a, b };
+    Ok((headers, Json(difference)).into_response())
 }
 
-/// The pictures in a format.
+/// The pictures and their size. Nothing is rendered if they cannot be compared.
 async fn files(
     app: &App,
     tenant: &Tenant,
-    text: MeteredBytes,
-    format: FileFormat,
-) -> Result<[Arc<PictureFile>; 2], Problem> {
-    let [a, b] = {
-        let side = r#"{"image": "<id>"} or {"scene": {...}, "settings": {...}}"#;
-        let Pair { a, b } =
-            json_body::read(text.as_ref(), &format!(r#"the body is {{"a": ..., "b": ...}}, each {side}"#))?;
-        [("a", a), ("b", b)].map(|(name, side)| wanted(app, tenant, text.as_ref(), name, side))
-    };
-    let (a, b) = (a?, b?);
-    Ok([a.file(app, tenant, &text, format).await?, b.file(app, tenant, &text, format).await?])
+    [a, b]: [Wanted; 2],
+    drawn: Option<Drawn>,
+) -> Result<([Arc<PictureFile>; 2], [u32; 2]), Problem> {
+    let spec = PictureSpec::plain(None, drawn.map_or(FileFormat::Png8, Drawn::source));
+    let (a, b) = (a.sought(app, tenant, &spec).await?, b.sought(app, tenant, &spec).await?);
+    let size = app.service.check_comparison([a.size, b.size], drawn)?;
+    Ok(([a.file(app, tenant, spec).await?, b.file(app, tenant, spec).await?], size))
 }
 
 /// A picture that is wanted.
 struct Wanted {
     source: WantedSource,
     overrides: Overrides,
-    /// The pointer of its scene in the body, and where it begins.
-    place: (String, usize),
+    /// Where its scene is in the body.
+    part: BodyPart,
 }
 
 enum WantedSource {
@@ -193,16 +194,25 @@ enum WantedSource {
     Scene(SceneForm, Vec<u8>),
 }
 
+/// What the body asks for.
+fn both_of(app: &AppState, tenant: &Tenant, body: &[u8]) -> Result<[Wanted; 2], Problem> {
+    let side = r#"{"image": "<id>"} or {"scene": {...}, "settings": {...}}"#;
+    let Pair { a, b } = json_body::read(body, &format!(r#"the body is {{"a": ..., "b": ...}}, each {side}"#))?;
+    Ok([wanted(app, tenant, body, "a", a)?, wanted(app, tenant, body, "b", b)?])
+}
+
 fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'_>) -> Result<Wanted, Problem> {
     let mut query = Query::given(side.settings.clone(), format!("/{name}/settings"));
     let overrides = query.settings(Format::Json);
     query.finish()?;
-    let (source, place) = match (side.image, side.scene) {
-        (Some(image), None) if side.settings.is_empty() => (WantedSource::Image(image_id(&image)?), 0),
+    let (source, part) = match (side.image, side.scene) {
+        (Some(image), None) if side.settings.is_empty() => {
+            (WantedSource::Image(image_id(&image)?), BodyPart::default())
+        }
         (None, Some(scene)) => {
-            let text = scene.get().as_bytes();
-            let (form, text) = form_of(app, tenant, text)?;
-            (WantedSource::Scene(form, text.to_vec()), offset(body, scene))
+            let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
+            let part = BodyPart::of(body, format!("/{name}/scene"), scene);
+            (WantedSource::Scene(form, text.to_vec()), part)
         }
         _ => {
             let detail =
@@ -210,19 +220,27 @@ fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'
             return Err(Problem::new(Kind::InvalidRequest, detail));
         }
     };
-    Ok(Wanted { source, overrides, place: (format!("/{name}/scene"), place) })
+    Ok(Wanted { source, overrides, part })
+}
+
+/// A picture whose size is known.
+struct Sought {
+    size: [u32; 2],
+    picture: Picture,
+}
+
+#[expect(clippy::large_enum_variant, reason = "there are two for each request")]
+enum Picture {
+    /// It exists.
+    There(Arc<PictureFile>),
+    /// It may be rendered.
+    Renderable(Source, BodyPart),
 }
 
 impl Wanted {
-    /// The picture, from a cache or rendered.
-    async fn file(
-        self,
-        app: &App,
-        tenant: &Tenant,
-        body: &MeteredBytes,
-        format: FileFormat,
-    ) -> Result<Arc<PictureFile>, Problem> {
-        let (service, spec) = (&app.service, PictureSpec::plain(None, format));
+    /// The picture, from a cache or as it may be rendered.
+    async fn sought(self, app: &App, tenant: &Tenant, spec: &PictureSpec) -> Result<Sought, Problem> {
+        let service = &app.service;
         let (source, known) = match self.source {
             WantedSource::Image(image) => (Source::Known(image.clone()), Some(image)),
             WantedSource::Scene(form, text) => {
@@ -232,16 +250,24 @@ impl Wanted {
             }
         };
         if let Some(image) = known
-            && let Some(file) = service.stored_picture(&image, &spec).await
+            && let Some(file) = service.stored_picture(&image, spec).await
         {
-            return Ok(file);
+            return Ok(Sought { size: size_of(&file)?, picture: Picture::There(file) });
         }
-        let made = service.make_picture(tenant.task(Class::Renders), source, spec).await;
-        let (at, start) = self.place;
-        let made = made.map_err(|error| match error {
-            Error::Scene(problems) => Error::Scene(inside(body.as_ref(), &at, start, problems)),
-            error => error,
-        });
-        Ok(made?.file)
+        let size = service.size_of_picture(tenant.task(Class::Renders), source.clone(), *spec).await;
+        let size = size.map_err(|error| self.part.error(error))?;
+        Ok(Sought { size, picture: Picture::Renderable(source, self.part) })
+    }
+}
+
+impl Sought {
+    async fn file(self, app: &App, tenant: &Tenant, spec: PictureSpec) -> Result<Arc<PictureFile>, Problem> {
+        match self.picture {
+            Picture::There(file) => Ok(file),
+            Picture::Renderable(source, part) => {
+                let made = app.service.make_picture(tenant.task(Class::Renders), source, spec).await;
+                Ok(made.map_err(|error| part.error(error))?.file)
+            }
+        }
     }
 }

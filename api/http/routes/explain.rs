@@ -1,8 +1,8 @@
 //! `POST /v1/explain`: which effects a scene calls for, why, and what they should take, with one setting or several.
 
 use crate::http::contract::scene_reference;
+use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::json_body;
-use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
 use crate::http::respond::{Answer, to_json};
@@ -159,12 +159,10 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
     };
     let overrides = settings.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
     let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
-    let (body, sent) = (sent.text, SentScene::new(text, &form, &sent.overrides));
+    let part = BodyPart::of(sent.text, "/scene".into(), scene);
+    let sent = SentScene::new(text, &form, &sent.overrides);
     let all = [&[sent.overrides], &overrides[..]].concat();
-    let scenes = app.service.scenes.find_several(&work.workers, &sent, &all).map_err(|error| match error {
-        Error::Scene(problems) => Error::Scene(inside(body, "/scene", offset(body, scene), problems)),
-        error => error,
-    })?;
+    let scenes = app.service.scenes.find_several(&work.workers, &sent, &all).map_err(|error| part.error(error))?;
     let mut plans = Vec::new();
     for ready in &scenes {
         let region = Region::whole(ready.scene.width, ready.scene.height);

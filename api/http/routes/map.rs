@@ -25,16 +25,17 @@ pub(super) fn routes() -> Vec<Route> {
     let about_answer = "The map: in colors with a scale below, or the numbers as floats, or who is seen";
     let about_image = "A map of a known image, in the pixels of its zoom.";
     vec![
-        Route::post("/v1/map", map, ["map", "render", about]).query(asked).about_scene().answer(
-            200,
-            about_answer,
-            &contents,
-        ),
+        Route::post("/v1/map", map, ["map", "render", about])
+            .query(asked)
+            .about_scene()
+            .answer(200, about_answer, &contents)
+            .warns(),
         Route::get("/v1/images/{image}/map", of_image, ["imageMap", "pictures", about_image])
             .needs(Scope::Read)
             .path("image", "An image id.")
             .query(asked)
-            .answer(200, about_answer, &contents),
+            .answer(200, about_answer, &contents)
+            .warns(),
     ]
 }
 
@@ -87,7 +88,9 @@ async fn map(State(app): State<App>, request: Request) -> Result<Response, Probl
 }
 
 async fn of_image(State(app): State<App>, Path(image): Path<String>, request: Request) -> Result<Response, Problem> {
-    let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, asked| drawn(app, work, ready, &asked);
+    let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, asked| {
+        Ok(drawn(app, work, ready, &asked)?.warning(&ready.scene.warnings))
+    };
     ask_image(app, image, request, asked, answer).await
 }
 
@@ -133,7 +136,7 @@ fn answer(Question { app, work, sent, .. }: Question<'_>, asked: Asked) -> Resul
     let limits = &app.service.settings.answers;
     let accept = |scene: &_| limits.check_unbuilt(scene, asked.part);
     let ready = app.service.scenes.find_if(&work.workers, sent, accept)?.ready;
-    drawn(app, work, &ready, &asked)
+    Ok(drawn(app, work, &ready, &asked)?.warning(&ready.scene.warnings))
 }
 
 /// A map of the picture of a scene.
@@ -159,7 +162,7 @@ fn drawn(app: &AppState, work: &Work, ready: &PreparedScene, asked: &Asked) -> R
     };
     let bytes = map::draw(&ready.scene, step, kind, written, &work.workers, &work.control).map_err(Error::from)?;
     drop(share);
-    Ok((format.names().1, body(app.service.memory.metered(bytes)?)))
+    Ok(Answer::new(format.names().1, body(app.service.memory.metered(bytes)?)))
 }
 
 /// A map of what is seen.
@@ -208,5 +211,5 @@ fn seen(service: &Service, work: &Work, ready: &PreparedScene, asked: &Asked) ->
         (PictureFormat::Pfm, encode_gray(columns, rows, &numbers))
     };
     drop(room);
-    Ok((format.names().1, body(service.memory.metered(bytes)?)))
+    Ok(Answer::new(format.names().1, body(service.memory.metered(bytes)?)))
 }

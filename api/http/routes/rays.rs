@@ -2,11 +2,10 @@
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
+use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::json_body;
-use crate::http::extract::scene_part::{inside, offset};
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
-use crate::http::problem::ErrorEntry;
 use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
@@ -30,10 +29,13 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Render)
             .query(|query| query.settings(Format::Json))
             .body(Body::json::<Questions<'_>>("The scene and the rays").example(example))
-            .answer(200, "What the rays hit", &[Content::json::<Answers>()]),
+            .answer(200, "What the rays hit", &[Content::json::<Answers>()])
+            .warns(),
     ]
 }
 
+/// What the body is.
+const ABOUT: &str = r#"the body is {"scene": {...}, "rays": [{"origin": [x, y, z], "direction": [x, y, z]}, ...]}"#;
 /// Rays that are followed at a time, before it is seen whether their answers have room.
 const PART: usize = 2_048;
 /// Bytes of an answer for each byte of its request, at most.
@@ -68,19 +70,16 @@ async fn rays(State(app): State<App>, request: Request) -> Result<Response, Prob
 }
 
 fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<Answer, Problem> {
-    let about = r#"the body is {"scene": {...}, "rays": [{"origin": [x, y, z], "direction": [x, y, z]}, ...]}"#;
-    let Questions { scene: text, rays } = json_body::read_or(Kind::InvalidRays, sent.text, about)?;
+    let Questions { scene: text, rays } = json_body::read_or(Kind::InvalidRays, sent.text, ABOUT)?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
-    let rays = read_all(&rays.texts)?;
+    let rays = read_all(sent.text, &rays.texts)?;
     let (form, scene) = form_of(app, tenant, text.get().as_bytes())?;
     let scene = SentScene::new(scene, &form, &sent.overrides);
-    let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| match error {
-        Error::Scene(problems) => Error::Scene(inside(sent.text, "/scene", offset(sent.text, text), problems)),
-        error => error,
-    })?;
+    let part = BodyPart::of(sent.text, "/scene".into(), text);
+    let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| part.error(error))?;
     let mut answer = app.service.memory.empty();
     let most = MOST_GROWTH * (sent.text.len() + BESIDE);
     answer.append(b"{\"answers\":[")?;
@@ -102,7 +101,7 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
         }
     }
     answer.append(b"]}")?;
-    Ok(("application/json", body(answer)))
+    Ok(Answer::new("application/json", body(answer)).warning(&found.ready.scene.warnings))
 }
 
 /// The rays, up to the limit, and their number. More are only counted, since a reference to each takes memory.
@@ -139,12 +138,11 @@ impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
     }
 }
 
-fn read_all(rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
+fn read_all(body: &[u8], rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
     let read = |(i, ray): (usize, &&RawValue)| {
-        ray.get().parse().map_err(|detail: String| {
-            let problem = Problem::new(Kind::InvalidRays, format!("/rays/{i}: {detail}"));
-            let entry = ErrorEntry { pointer: Some(format!("#/rays/{i}")), ..ErrorEntry::new("out-of-range", detail) };
-            problem.with_errors(vec![entry])
+        ray.get().parse().map_err(|problems| {
+            let part = BodyPart::of(body, format!("/rays/{i}"), ray);
+            Problem::body(Kind::InvalidRays, ABOUT, &part.problems(problems))
         })
     };
     rays.iter().enumerate().map(read).collect()

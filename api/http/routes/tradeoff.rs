@@ -89,8 +89,7 @@ async fn tradeoff(State(app): State<App>, request: Request) -> Result<Response, 
         events(found, outcome, told, finished).await?
     } else {
         let outcome = app.service.run(task, work).await?.value;
-        let (media_type, body) = written(&app, form, &outcome)?;
-        ([(header::CONTENT_TYPE, media_type)], body).into_response()
+        written(&app, form, &outcome)?.into_response()
     };
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("Accept"));
     Ok(response)
@@ -135,7 +134,10 @@ fn measured(
 fn written(app: &AppState, form: Form, outcome: &Outcome) -> Result<Answer, Problem> {
     let (memory, Outcome { tradeoff, thumbnails }) = (&app.service.memory, outcome);
     match form {
-        Form::Html => Ok(("text/html; charset=utf-8", body(memory.metered(page(tradeoff, thumbnails).into_bytes())?))),
+        Form::Html => {
+            let page = memory.metered(page(tradeoff, thumbnails).into_bytes())?;
+            Ok(Answer::new("text/html; charset=utf-8", body(page)))
+        }
         Form::Json | Form::Events => to_json(memory, tradeoff),
     }
 }

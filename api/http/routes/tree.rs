@@ -33,22 +33,23 @@ pub(super) fn routes() -> Vec<Route> {
     let about = "Every ray of one pixel.\n\n`overlay` draws them into the picture, from the scene's camera or from another one.";
     let about_image = "Every ray of one pixel of a known image, in the pixels of its zoom.";
     vec![
-        Route::post("/v1/tree", tree, ["tree", "render", about]).query(parameters).about_scene().answer(
-            200,
-            "The tree of rays",
-            &contents,
-        ),
+        Route::post("/v1/tree", tree, ["tree", "render", about])
+            .query(parameters)
+            .about_scene()
+            .answer(200, "The tree of rays", &contents)
+            .warns(),
         Route::get("/v1/images/{image}/tree", of_image, ["imageTree", "pictures", about_image])
             .needs(Scope::Read)
             .path("image", "An image id.")
             .query(parameters_of_image)
-            .answer(200, "The tree of rays", &contents),
+            .answer(200, "The tree of rays", &contents)
+            .warns(),
     ]
 }
 
 async fn of_image(State(app): State<App>, Path(image): Path<String>, request: Request) -> Result<Response, Problem> {
     let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, (pixel, format, all): ([u32; 2], _, _)| {
-        written(app, traced(app, work, ready, pixel)?, format, all)
+        Ok(written(app, traced(app, work, ready, pixel)?, format, all)?.warning(&ready.scene.warnings))
     };
     ask_image(app, image, request, parameters_of_image, answer).await
 }
@@ -90,9 +91,10 @@ fn answer(
     let (tree, share) = traced(app, work, &ready, pixel)?;
     if format == TreeFormat::Overlay {
         let drawing = overlay(app, work, sent, &ready, tree, spec)?;
-        return Ok((SVG, body(app.service.memory.metered(drawing.into_bytes())?)));
+        let drawing = body(app.service.memory.metered(drawing.into_bytes())?);
+        return Ok(Answer::new(SVG, drawing).warning(&ready.scene.warnings));
     }
-    written(app, (tree, share), format, spec.all_samples)
+    Ok(written(app, (tree, share), format, spec.all_samples)?.warning(&ready.scene.warnings))
 }
 
 /// The tree of a pixel, and its memory.
@@ -128,14 +130,14 @@ fn written(
         begin += &part.unwrap_or_default();
     }
     if ended {
-        return Ok((media_type, body(app.service.memory.metered(begin.into_bytes())?)));
+        return Ok(Answer::new(media_type, body(app.service.memory.metered(begin.into_bytes())?)));
     }
     // Written as the client reads it: the text of a tree may be any number of times as long as that of its scene.
     let rest = std::iter::once(begin).chain(parts).map(move |part| {
         let _ = &share;
         Ok::<_, Infallible>(part)
     });
-    Ok((media_type, AxumBody::from_stream(stream::iter(rest))))
+    Ok(Answer::new(media_type, AxumBody::from_stream(stream::iter(rest))))
 }
 
 /// Draws into the picture, which needs as much room as any picture.

@@ -24,6 +24,7 @@ use crate::service::scheduler::pool::Workers;
 use crate::service::sequences::report::FrameReport;
 use crate::service::sequences::text::split;
 use serde_json::json;
+use serde_json::value::RawValue;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -33,6 +34,7 @@ use std::vec;
 use strahl::film::sheet::{cell, small};
 use strahl::render::{Cancelled, sampling_bytes};
 use strahl::scene::Overrides;
+use strahl::scene::limits::PROBLEMS;
 use strahl::sequence::Sequence;
 
 /// Frames of a job that are rendered at the same time, at most.
@@ -273,13 +275,23 @@ impl Jobs {
     pub(crate) fn frame_warnings(&self, record: &Record) -> Option<String> {
         let count = record.frames.map_or(0, |frames| frames.count);
         let metas = (0..count).filter_map(|number| self.files.frame_meta(&record.id, number));
-        let lines: Vec<_> = metas.flat_map(|meta| meta.lines).filter(|(name, _)| name == warnings::NAME).collect();
-        warnings::together(lines.iter().map(|(_, line)| line.as_str()))
+        let lines: Vec<_> = metas.filter_map(|meta| meta.warnings().map(str::to_owned)).collect();
+        warnings::together(lines.iter().map(String::as_str))
     }
 
-    /// What is known of all finished frames of a job.
-    pub(crate) fn frame_reports(&self, record: &Record) -> Vec<FrameReport> {
+    /// What is known of all finished frames of a job, and their warnings. Most are those of all frames, so each is kept once.
+    pub(crate) fn frame_reports(&self, record: &Record) -> (Vec<FrameReport>, Vec<Box<RawValue>>) {
         let count = record.frames.map_or(0, |frames| frames.count);
-        (0..count).filter_map(|number| self.frame_report(&record.id, number)).collect()
+        let (mut reports, mut warnings) = (Vec::new(), Vec::<Box<RawValue>>::new());
+        for mut report in (0..count).filter_map(|number| self.frame_report(&record.id, number)) {
+            for warning in std::mem::take(&mut report.warnings) {
+                let is_told = warnings.iter().any(|told| told.get() == warning.get());
+                if (warnings.len() as u64) < PROBLEMS.max && !is_told {
+                    warnings.push(warning);
+                }
+            }
+            reports.push(report);
+        }
+        (reports, warnings)
     }
 }

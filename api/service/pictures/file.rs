@@ -104,6 +104,11 @@ impl PictureFile {
 }
 
 impl PictureMeta {
+    /// The line with its warnings, if there are any.
+    pub(crate) fn warnings(&self) -> Option<&str> {
+        self.lines.iter().find(|(name, _)| name == warnings::NAME).map(|(_, line)| line.as_str())
+    }
+
     /// What was stored before the file itself.
     pub(crate) fn stored(head: &[u8]) -> Option<Self> {
         serde_json::from_slice(head).ok()

@@ -23,8 +23,6 @@ const SEEN_BYTES: u64 = 400;
 /// How far two pictures are from each other.
 #[derive(Debug)]
 pub(crate) struct Compared {
-    /// Pixels across and down.
-    pub(crate) size: [u32; 2],
     /// In codes.
     pub(crate) codes: CodeErrors,
     /// FLIP and CIEDE2000, of pictures that are not too large.
@@ -50,45 +48,69 @@ impl Drawn {
 }
 
 impl Service {
-    /// Compares two PNG files of 8 bits.
-    pub(crate) async fn compare(&self, task: Task, files: [Arc<PictureFile>; 2]) -> Result<Compared, Error> {
+    /// Refuses pictures that cannot be compared, by their pixels across and down, before they are rendered. Returns those of both.
+    pub(crate) fn check_comparison(&self, [a, b]: [[u32; 2]; 2], drawn: Option<Drawn>) -> Result<[u32; 2], Error> {
+        if a != b {
+            return Err(Error::OutOfRange(format!(
+                "the pictures have {} x {} and {} x {} pixels: only pictures of one size can be compared",
+                a[0], a[1], b[0], b[1]
+            )));
+        }
+        if drawn == Some(Drawn::Flip) && pixels(a) > SEEN_PIXELS {
+            let detail = format!("FLIP is of at most {SEEN_PIXELS} pixels (flip_pixels): ask for smaller pictures");
+            return Err(Error::Limit { name: "flip_pixels", max: SEEN_PIXELS, detail });
+        }
+        self.memory.check(bytes(a, drawn))?;
+        Ok(a)
+    }
+
+    /// Compares two PNG files of 8 bits and of one size.
+    pub(crate) async fn compare(
+        &self,
+        task: Task,
+        files: [Arc<PictureFile>; 2],
+        size: [u32; 2],
+    ) -> Result<Compared, Error> {
         let memory = self.memory.clone();
         let compare = move |work: &Work| -> Result<Compared, Error> {
-            let size = same_size(&files)?;
-            let pixels = u64::from(size[0]) * u64::from(size[1]);
-            let is_small = pixels <= SEEN_PIXELS;
             let mut share = memory.share(0);
-            share.grow(pixels * if is_small { SEEN_BYTES } else { CODES_BYTES })?;
+            share.grow(bytes(size, None))?;
             work.workers.work(|| {
                 let [a, b] = [decoded(&files[0])?, decoded(&files[1])?];
-                let seen = is_small.then(|| [flip(&a, &b), ciede2000(&a, &b)]);
-                Ok(Compared { size, codes: code_errors(&a, &b), seen })
+                let seen = (pixels(size) <= SEEN_PIXELS).then(|| [flip(&a, &b), ciede2000(&a, &b)]);
+                Ok(Compared { codes: code_errors(&a, &b), seen })
             })?
         };
         Ok(self.run(task, compare).await?.value)
     }
 
-    /// Draws the difference of two files of the format that is needed for it.
+    /// Draws the difference of two files of one size, and of the format that is needed for it.
     pub(crate) async fn draw_difference(
         &self,
         task: Task,
         files: [Arc<PictureFile>; 2],
+        size: [u32; 2],
         drawn: Drawn,
     ) -> Result<Vec<u8>, Error> {
         let memory = self.memory.clone();
         let draw = move |work: &Work| -> Result<Vec<u8>, Error> {
-            let [width, height] = same_size(&files)?;
-            let pixels = u64::from(width) * u64::from(height);
-            if drawn == Drawn::Flip && pixels > SEEN_PIXELS {
-                let detail = format!("FLIP is of at most {SEEN_PIXELS} pixels (flip_pixels): ask for smaller pictures");
-                return Err(Error::Limit { name: "flip_pixels", max: SEEN_PIXELS, detail });
-            }
             let mut share = memory.share(0);
-            share.grow(pixels * if drawn == Drawn::Flip { SEEN_BYTES } else { CODES_BYTES })?;
-            work.workers.work(|| draw(&files, [width, height], drawn))?
+            share.grow(bytes(size, Some(drawn)))?;
+            work.workers.work(|| draw(&files, size, drawn))?
         };
         Ok(self.run(task, draw).await?.value)
     }
+}
+
+fn pixels([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
+}
+
+/// Bytes of memory that comparing two pictures takes, or drawing their difference.
+fn bytes(size: [u32; 2], drawn: Option<Drawn>) -> u64 {
+    let pixels = pixels(size);
+    let is_seen = drawn.map_or(pixels <= SEEN_PIXELS, |drawn| drawn == Drawn::Flip);
+    pixels * if is_seen { SEEN_BYTES } else { CODES_BYTES }
 }
 
 fn draw(files: &[Arc<PictureFile>; 2], [width, height]: [u32; 2], drawn: Drawn) -> Result<Vec<u8>, Error> {
@@ -115,19 +137,8 @@ fn draw(files: &[Arc<PictureFile>; 2], [width, height]: [u32; 2], drawn: Drawn) 
     }
 }
 
-/// Pixels across and down of two files of one format.
-fn same_size(files: &[Arc<PictureFile>; 2]) -> Result<[u32; 2], Error> {
-    let [a, b] = [size_of(&files[0])?, size_of(&files[1])?];
-    if a == b {
-        return Ok(a);
-    }
-    Err(Error::OutOfRange(format!(
-        "the pictures have {} x {} and {} x {} pixels: only pictures of one size can be compared",
-        a[0], a[1], b[0], b[1]
-    )))
-}
-
-fn size_of(file: &PictureFile) -> Result<[u32; 2], Error> {
+/// Pixels across and down of a file.
+pub(crate) fn size_of(file: &PictureFile) -> Result<[u32; 2], Error> {
     let number =
         |at: usize| file.bytes.get(at..at + 4).map(|four| u32::from_be_bytes([four[0], four[1], four[2], four[3]]));
     // The header of a PNG is its first chunk.

@@ -119,11 +119,14 @@ impl Service {
             let assets = ready.scene.assets.clone();
             let [width, height] = size;
             // A job does not depend on other scenes.
-            let (format, scene) = match form {
-                Form::Whole(format) => (format, scene),
-                Form::Variation(_) => (Format::Json, service.canonical_text(work, &sent)?),
+            let (format, scene, settings) = match form {
+                Form::Whole(format) => (format, scene, overrides),
+                Form::Variation(_) => {
+                    let text = service.canonical_text(work, &sent)?;
+                    (Format::Json, text, overrides.again(ImageSize { width, height }))
+                }
             };
-            let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
+            let spec = JobSpec { scene: String::new(), format, settings, output };
             let job = Record {
                 tenant,
                 weight,

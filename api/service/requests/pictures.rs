@@ -182,6 +182,23 @@ impl Service {
         Ok(self.run(task, work).await?.value)
     }
 
+    /// Pixels across and down of a picture that may be rendered. Its scene is built, and nothing is rendered.
+    pub(crate) async fn size_of_picture(
+        self: &Arc<Self>,
+        task: Task,
+        source: Source,
+        spec: PictureSpec,
+    ) -> Result<[u32; 2], Error> {
+        let service = Arc::clone(self);
+        let work = move |work: &Work| {
+            let (Found { ready, .. }, zoom) = source.find(&service, work, Some(&spec))?;
+            let RenderSpec { region, .. } = spec.shot(&ready.scene, zoom)?;
+            service.settings.answers.check(region, ready.scene.samples)?;
+            Ok::<_, Error>([region.width, region.height])
+        };
+        Ok(self.run(task, work).await?.value)
+    }
+
     /// Memory for a picture that is made of a scene.
     pub(crate) fn room_for_picture(&self, ready: &PreparedScene, pixels: u64, each: u64) -> Result<Share, Error> {
         let mut share = self.memory.share(ready.bytes());

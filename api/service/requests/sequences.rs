@@ -39,14 +39,13 @@ struct Checked {
 }
 
 impl Service {
-    /// The record of a job of frames, and the text of its sequence and its scene.
+    /// The record of a job of the frames of a checked sequence, and the text of its sequence and its scene.
     pub(super) fn check_sequence(
         &self,
         work: &Work,
         wanted: WantedJob,
         sequence: &Sequence,
     ) -> Result<(Record, Vec<u8>), Error> {
-        sequence.check()?;
         let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
         let sent = SentScene::new(&scene, &form, &overrides);
         let Checked { common, price, scene_bytes, progressive } = self.check_frames(work, &sent, sequence)?;
@@ -55,14 +54,17 @@ impl Service {
         let pixels = u64::from(width) * u64::from(height);
         let edge = if progressive { 0 } else { self.jobs.tile_edge(pixels, price.ms / f64::from(sequence.count())) };
         // A job does not depend on other scenes.
-        let (format, scene) = match form {
-            Form::Whole(format) => (format, scene),
-            Form::Variation(_) => (Format::Json, self.canonical_text(work, &sent)?),
+        let (format, scene, settings) = match form {
+            Form::Whole(format) => (format, scene, overrides),
+            Form::Variation(_) => {
+                let text = self.canonical_text(work, &sent)?;
+                (Format::Json, text, overrides.again(ImageSize { width, height }))
+            }
         };
         let text = join(sequence, &scene).map_err(|_| Error::Internal("the sequence cannot be written"))?;
         // Frames may name others than the scene.
         let assets = if format == Format::Json { named_in(&text) } else { Vec::new() };
-        let spec = JobSpec { scene: String::new(), format, settings: overrides, output };
+        let spec = JobSpec { scene: String::new(), format, settings, output };
         let frames = Some(Frames::of(sequence));
         let job = Record { priority, labels, frames, width, height, edge, assets, ..Record::new(spec) };
         Ok((Record { estimate_ms: price.ms, estimate_rays: price.rays, scene_bytes, ..job }, text))

@@ -255,6 +255,8 @@ impl SceneCache {
         settings: &[Overrides],
     ) -> Result<Vec<Arc<PreparedScene>>, Error> {
         let mut base: Option<Arc<PreparedScene>> = None;
+        // Each of the settings multiplies its pixels once.
+        let unscaled = SentScene { overrides: Overrides { dpr: None, ..sent.overrides }, ..*sent };
         let mut one = |overrides: &Overrides| {
             let own = SentScene::new(sent.text, sent.form, overrides);
             if matches!(sent.form, Form::Variation(_)) || self.cached(own.owner(workers), &own.key).is_some() {
@@ -266,7 +268,7 @@ impl SceneCache {
                     let read = |Built { loaded, original }, share| {
                         PreparedScene::to_vary(loaded, original.as_ref()).with(share)
                     };
-                    let built = Arc::new(self.build(workers, sent, |_| Ok(()), read)?);
+                    let built = Arc::new(self.build(workers, &unscaled, |_| Ok(()), read)?);
                     Arc::clone(base.insert(built))
                 }
             };

@@ -3,8 +3,10 @@
 use crate::service::pictures::file::PictureMeta;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 use std::ops::Add;
 use strahl::render::RayCounts;
+use strahl::scene::Problem;
 
 /// A finished frame.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -23,10 +25,13 @@ pub(crate) struct FrameReport {
     pub(crate) proved_codes: Option<u8>,
     /// How many of 255 codes of sampling error are likely. Null where nothing is known of it.
     pub(crate) estimated_codes: Option<f64>,
+    /// Warnings about its scene, which are told of all frames together.
+    #[serde(skip)]
+    pub(crate) warnings: Vec<Box<RawValue>>,
 }
 
 /// The whole sequence: sums, and the worst of all bounds.
-#[derive(Debug, Clone, Copy, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub(crate) struct SequenceReport {
     /// Finished frames.
     pub(crate) frames: usize,
@@ -42,13 +47,25 @@ pub(crate) struct SequenceReport {
     pub(crate) proved_codes: Option<u8>,
     /// The largest sampling error of a frame that is likely, in codes. Null where one has no estimate.
     pub(crate) estimated_codes: Option<f64>,
+    /// Warnings about the frames, each once.
+    #[schemars(with = "Vec<Problem>")]
+    pub(crate) warnings: Vec<Box<RawValue>>,
 }
 
 /// The parts of a frame's cost report that count here.
 #[derive(Deserialize)]
 struct Known {
+    #[serde(default)]
+    plan: Plan,
     cost: Cost,
     error: Bounds,
+}
+
+/// Warnings stay as they were written, perhaps by another version of the program.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Plan {
+    warnings: Vec<Box<RawValue>>,
 }
 
 #[derive(Deserialize)]
@@ -81,7 +98,7 @@ struct Estimated {
 impl FrameReport {
     /// What is known of a finished frame; none if another version of the program has rendered it.
     pub(crate) fn of(number: u32, path: String, meta: &PictureMeta) -> Option<Self> {
-        let Known { cost, error } = serde_json::from_str(meta.report.as_ref()?.get()).ok()?;
+        let Known { plan, cost, error } = serde_json::from_str(meta.report.as_ref()?.get()).ok()?;
         Some(Self {
             number,
             image_id: meta.image.clone(),
@@ -90,13 +107,19 @@ impl FrameReport {
             trace_ms: cost.phases_ms.trace,
             proved_codes: error.proved.max_codes,
             estimated_codes: error.estimated.map(|estimated| estimated.half_width_codes),
+            warnings: plan.warnings,
         })
     }
 }
 
 impl SequenceReport {
-    /// The report of all frames, by those of each.
-    pub(crate) fn of(frames: &[FrameReport], predicted_rays: u64, predicted_ms: f64) -> Self {
+    /// The report of all frames, by those of each and their warnings.
+    pub(crate) fn of(
+        frames: &[FrameReport],
+        warnings: Vec<Box<RawValue>>,
+        predicted_rays: u64,
+        predicted_ms: f64,
+    ) -> Self {
         let proved: Option<Vec<u8>> = frames.iter().map(|frame| frame.proved_codes).collect();
         let estimated: Option<Vec<f64>> = frames.iter().map(|frame| frame.estimated_codes).collect();
         Self {
@@ -108,6 +131,7 @@ impl SequenceReport {
             predicted_ms,
             proved_codes: proved.and_then(|all| all.into_iter().max()),
             estimated_codes: estimated.and_then(|all| all.into_iter().reduce(f64::max)),
+            warnings,
         }
     }
 }
@@ -118,7 +142,7 @@ mod tests {
 
     #[test]
     fn no_frames_take_no_time() {
-        let report = SequenceReport::of(&[], 10, 1.0);
+        let report = SequenceReport::of(&[], Vec::new(), 10, 1.0);
         assert_eq!(serde_json::to_value(report).unwrap()["trace_ms"].to_string(), "0.0");
     }
 }

@@ -2,6 +2,7 @@
 //! service's own is left alone.
 
 use super::disk::{self, DiskFile};
+use super::left_behind;
 use crate::service::error::StartError;
 use serde::Deserialize;
 use std::fs::{self, TryLockError};
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// The marker, which is the lock as well.
-const MARKER: &str = "strahl-folder.toml";
+pub(super) const MARKER: &str = "strahl-folder.toml";
 /// More than it has.
 const MARKER_BYTES: u64 = 4_096;
 /// Version of what is in a folder.
@@ -26,7 +27,7 @@ pub(crate) struct Folder {
     marker: DiskFile,
     pub(crate) is_marked: bool,
     /// Removed at the end.
-    _temporary: Option<TempDir>,
+    temporary: Option<TempDir>,
 }
 
 /// What a folder is for.
@@ -42,9 +43,26 @@ pub(crate) struct FolderKind {
 
 /// What a marker says.
 #[derive(Debug, Deserialize)]
-struct Marker {
+pub(super) struct Marker {
     kind: String,
     version: u32,
+    /// Whether the folder is to be removed at the end.
+    #[serde(default)]
+    temporary: bool,
+}
+
+impl Marker {
+    /// What a file says; none if it is no marker, or not all of one.
+    pub(super) fn read(file: impl Read) -> Option<Self> {
+        let mut text = String::new();
+        file.take(MARKER_BYTES).read_to_string(&mut text).ok()?;
+        toml::from_str(&text).ok()
+    }
+
+    /// Whether it is that of a temporary folder of a kind, as this version makes them.
+    pub(super) fn is_temporary(&self, kind: &FolderKind) -> bool {
+        self.temporary && self.kind == kind.name && self.version == VERSION
+    }
 }
 
 impl Folder {
@@ -54,14 +72,16 @@ impl Folder {
         Self::open_any(path, kind, None)
     }
 
-    /// Opens a folder that is removed at the end.
+    /// Opens a folder that is removed at the end, and removes those that killed processes have left.
     pub(crate) fn temporary(kind: &'static FolderKind) -> Result<Self, StartError> {
-        let folder = tempfile::Builder::new().prefix("strahl-").tempdir().map_err(|error| {
+        let folder = tempfile::Builder::new().prefix(left_behind::PREFIX).tempdir().map_err(|error| {
             let flag = kind.flag;
             StartError::Settings(format!("there is no folder for temporary files ({error}): name one with {flag} DIR"))
         })?;
         let path = folder.path().to_path_buf();
-        Self::open_any(&path, kind, Some(folder))
+        let folder = Self::open_any(&path, kind, Some(folder))?;
+        left_behind::remove(&path, kind);
+        Ok(folder)
     }
 
     fn open_any(path: &Path, kind: &'static FolderKind, temporary: Option<TempDir>) -> Result<Self, StartError> {
@@ -97,34 +117,40 @@ impl Folder {
             Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => return Err(wrong(error)),
             _ => {}
         }
-        let mut text = String::new();
-        let is_text = marker.reader().take(MARKER_BYTES).read_to_string(&mut text).is_ok();
-        let is_marked = match toml::from_str::<Marker>(&text) {
-            Ok(Marker { kind: other, .. }) if other != kind.name => {
+        let said = Marker::read(marker.reader());
+        let is_marked = match &said {
+            Some(Marker { kind: other, .. }) if *other != kind.name => {
                 let why = format!("the folder is one of strahl's, but for another purpose ({other})");
                 return Err(refused(why, "Name another folder."));
             }
-            Ok(Marker { version, .. }) if version > VERSION => {
+            Some(Marker { version, .. }) if *version > VERSION => {
                 let why = format!("a newer version of strahl has written this folder ({version})");
                 return Err(refused(why, "Start that version, or name another folder."));
             }
-            Ok(_) => is_text,
+            Some(_) => true,
             // A crash may have left it incomplete.
-            Err(_) => false,
+            None => false,
         };
         if !is_marked {
             check_strangers()?;
         }
-        Ok(Self { path: path.to_owned(), kind, marker, is_marked, _temporary: temporary })
+        let mut folder = Self { path: path.to_owned(), kind, marker, is_marked, temporary };
+        if folder.temporary.is_none() && said.is_some_and(|marker| marker.temporary) {
+            // Who names one that was left wants to keep it.
+            folder.write_marker()?;
+        }
+        Ok(folder)
     }
 
     /// Marks the folder, once all that is in it is as this version writes it.
     pub(crate) fn mark(&mut self) -> Result<(), StartError> {
-        if self.is_marked {
-            return Ok(());
-        }
+        if self.is_marked { Ok(()) } else { self.write_marker() }
+    }
+
+    fn write_marker(&mut self) -> Result<(), StartError> {
+        let temporary = if self.temporary.is_some() { "temporary = true\n" } else { "" };
         let text = format!(
-            "# This folder belongs to strahl, which removes files from it.\nkind = \"{}\"\nversion = {VERSION}\n",
+            "# This folder belongs to strahl, which removes files from it.\nkind = \"{}\"\nversion = {VERSION}\n{temporary}",
             self.kind.name
         );
         let marked = self.marker.truncate(0).and_then(|_| self.marker.append(text.as_bytes()));
@@ -138,7 +164,7 @@ impl Folder {
 }
 
 /// The path of a file or folder in `at` that the service does not keep there, if there is any.
-fn stranger(root: &Path, at: &mut Vec<String>, is_ours: fn(&[&str]) -> bool) -> io::Result<Option<String>> {
+pub(super) fn stranger(root: &Path, at: &mut Vec<String>, is_ours: fn(&[&str]) -> bool) -> io::Result<Option<String>> {
     let folder = at.iter().fold(root.to_owned(), |path, name| path.join(name));
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

@@ -7,6 +7,7 @@ pub(crate) mod folder;
 pub(crate) mod hit_counter;
 #[cfg(test)]
 pub(crate) mod journal;
+mod left_behind;
 pub(crate) mod lru_cache;
 pub(crate) mod objects;
 pub(crate) mod revisions;

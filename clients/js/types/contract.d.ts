@@ -3087,7 +3087,7 @@ export interface components {
             camera?: number;
             /**
              * Format: double
-             * @description Pixels of the device for each of width and height.
+             * @description Pixels of the device for each of width and height, which are the scene's where they are not given.
              */
             dpr?: number;
             /**
@@ -4407,6 +4407,8 @@ export interface components {
              * @description Milliseconds of tracing.
              */
             trace_ms: number;
+            /** @description Warnings about the frames, each once. */
+            warnings: components["schemas"]["SceneProblem"][];
         };
         /** @description The estimates of several settings. */
         Several: {
@@ -5262,6 +5264,8 @@ export interface components {
         /** @description A problem (RFC 9457): what is wrong, where, and what to do. */
         Problem: {
             headers: {
+                /** @description With 415 for a `Content-Encoding`: those that there are (RFC 9110 section 15.5.16). */
+                "Accept-Encoding"?: string;
                 /** @description With 429 and 503: seconds to wait before the next try. */
                 "Retry-After"?: number;
                 [name: string]: unknown;
@@ -5917,6 +5921,8 @@ export interface operations {
             /** @description The errors, or a picture of the difference */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -6045,7 +6051,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -6254,6 +6260,8 @@ export interface operations {
             /** @description The map: in colors with a scale below, or the numbers as floats, or who is seen */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -6297,6 +6305,8 @@ export interface operations {
             /** @description The tree of rays */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -6349,7 +6359,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -6878,7 +6888,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -6942,6 +6952,8 @@ export interface operations {
             /** @description The map: in colors with a scale below, or the numbers as floats, or who is seen */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -7008,7 +7020,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7063,6 +7075,8 @@ export interface operations {
             /** @description What the rays hit */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {
@@ -7082,7 +7096,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7191,7 +7205,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7276,7 +7290,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7368,7 +7382,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7530,7 +7544,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7641,7 +7655,7 @@ export interface operations {
                 height?: number;
                 /** @description A size by its name, in place of width and height: `og` is that of a preview of a page, 1200 x 630. */
                 size?: "og";
-                /** @description Pixels of the device for each of width and height. */
+                /** @description Pixels of the device for each of width and height, which are the scene's where they are not given. */
                 dpr?: number;
                 /** @description Longest chain of rays; the primary ray counts 1. */
                 max_depth?: number;
@@ -7705,6 +7719,8 @@ export interface operations {
             /** @description The tree of rays */
             200: {
                 headers: {
+                    /** @description Up to twelve warnings about the scene, and whether there are more; `POST /v1/scenes/validate` has all. */
+                    "Render-Warnings"?: string;
                     [name: string]: unknown;
                 };
                 content: {

@@ -53,7 +53,8 @@ impl Views {
     ) -> Result<Seen, Problems> {
         let options = &overrides.model;
         let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
-        let aspect = f64::from(image.width.max(1)) / f64::from(image.height.max(1));
+        let shown = overrides.size(image);
+        let aspect = f64::from(shown.width.max(1)) / f64::from(shown.height.max(1));
         let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions);
         let camera = self.camera(&placed, options, aspect)?;
         let [mut warnings, of_look, of_fast] = self.warnings.clone();

@@ -56,7 +56,7 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
     if let Err(error) = std::str::from_utf8(text) {
         return Err(Unreadable::one(not_utf8(text, error.valid_up_to())));
     }
-    let error = match parse(text) {
+    let error = match strictly::<Description>(text) {
         Ok(description) if description.version == VERSION => return Ok(description),
         Ok(description) => return Err(Unreadable::one(wrong_version(text, &description.version.to_string()))),
         Err(error) => error,
@@ -71,7 +71,7 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
 /// Reads JSON as another type, and checks its shape completely by the schema of that type. `name` is what it is.
 pub fn read_as<'a, T: Deserialize<'a> + JsonSchema>(text: &'a [u8], name: &str) -> Result<T, Problems> {
     let text = strip_mark(text);
-    serde_json::from_slice(text).map_err(|error| {
+    strictly(text).map_err(|error| {
         let found = value(text, &error)
             .map(|value| problems(text, &diagnose(schema_of::<T>().as_value(), name, &value), &error));
         Problems(found.unwrap_or_else(|problem| vec![problem]))
@@ -104,11 +104,12 @@ fn problems(text: &[u8], findings: &[Finding], error: &serde_json::Error) -> Vec
     problems
 }
 
-fn parse(text: &[u8]) -> serde_json::Result<Description> {
+/// Reads what the schema of a type allows, and nothing else.
+fn strictly<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
     let mut deserializer = serde_json::Deserializer::from_slice(text);
-    let description = Description::deserialize(Strict(&mut deserializer))?;
+    let read = T::deserialize(Strict(&mut deserializer))?;
     deserializer.end()?;
-    Ok(description)
+    Ok(read)
 }
 
 /// The text without a byte order mark.

@@ -11,6 +11,9 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 use std::fmt;
 
+/// How serde_json's `RawValue` asks for the text itself, in which nothing is read.
+const RAW: &str = "$serde_json::private::RawValue";
+
 /// Wraps a deserializer, and inside of it everything that leads to inner values.
 pub(super) struct Strict<T>(pub(super) T);
 
@@ -28,7 +31,10 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
         self.0.deserialize_option(Strict(visitor))
     }
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value, D::Error> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, D::Error> {
+        if name == RAW {
+            return self.0.deserialize_newtype_struct(name, visitor);
+        }
         visitor.visit_newtype_struct(self)
     }
     fn deserialize_struct<V: Visitor<'de>>(
@@ -189,6 +195,7 @@ mod tests {
     use super::*;
     use crate::scene::description::{Falloff, ImageSize, Light, LinearFalloff};
     use serde::de::DeserializeOwned;
+    use serde_json::value::RawValue;
 
     fn strict<T: DeserializeOwned>(text: &str) -> Option<T> {
         T::deserialize(Strict(&mut serde_json::Deserializer::from_str(text))).ok()
@@ -199,6 +206,12 @@ mod tests {
         assert_eq!(strict(r#"{"width": 3}"#), Some(ImageSize { width: 3, height: 540 }));
         assert_eq!(strict(r#""inverse_square""#), Some(Falloff::InverseSquare));
         assert_eq!(strict(r#"{"linear": {"reach": 2}}"#), Some(Falloff::Linear(LinearFalloff { reach: 2.0 })));
+    }
+
+    #[test]
+    fn leaves_raw_parts_as_they_are() {
+        let raw: Option<Vec<Box<RawValue>>> = strict(r#"[{"a":  1}, [2]]"#);
+        assert_eq!(raw.unwrap().iter().map(|part| part.get()).collect::<Vec<_>>(), [r#"{"a":  1}"#, "[2]"]);
     }
 
     #[test]

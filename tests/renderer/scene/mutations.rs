@@ -16,6 +16,7 @@ const MUTATIONS: u64 = 100_000;
 const SMALL: Overrides = Overrides {
     width: Some(6),
     height: Some(4),
+    dpr: None,
     max_depth: Some(4),
     min_weight: None,
     accuracy: None,

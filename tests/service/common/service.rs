@@ -54,16 +54,28 @@ impl Service {
         Ok(service)
     }
 
+    /// Starts it with a folder for temporary files.
+    pub(crate) fn start_with_temporary(folder: &Path, flags: &[&str]) -> Self {
+        let mut program = Command::new(PROGRAM);
+        program.env("TMPDIR", folder);
+        Self::try_start_command(program, flags).unwrap_or_else(|(code, said)| panic!("it ends with {code:?}:\n{said}"))
+    }
+
     /// Starts another program, or gives the exit code with which it ends and what it says.
     pub(crate) fn try_start_program(
         program: &Path,
         folder: &Path,
         flags: &[&str],
     ) -> Result<Self, (Option<i32>, String)> {
-        let mut child = Command::new(program)
+        let mut program = Command::new(program);
+        program.current_dir(folder);
+        Self::try_start_command(program, flags)
+    }
+
+    fn try_start_command(mut program: Command, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
+        let mut child = program
             .args(["serve", "--listen", "127.0.0.1:0"])
             .args(flags)
-            .current_dir(folder)
             .env_remove("STRAHL_LOG")
             .stderr(Stdio::piped())
             .spawn()

@@ -86,6 +86,21 @@ fn what_cannot_be_compared_is_refused() {
         .problem(400, "invalid-parameter");
 }
 
+/// Neither picture would ever be finished.
+#[test]
+fn nothing_is_rendered_of_pictures_that_cannot_be_compared() {
+    let service = Service::start(&["--max-pixels", "5000000", "--memory-bytes", "1000000000"]);
+    let slow: Value = serde_json::from_str(SLOW).unwrap();
+    let sized = |width: u32, height: u32| json!({ "scene": slow, "settings": { "width": width, "height": height } });
+    compare(&service, "", &sized(2000, 2000), &sized(2000, 2001)).problem(400, "invalid-parameter");
+    compare(&service, "?format=png", &sized(2000, 2000), &sized(3000, 2000)).problem(413, "cost-limit");
+    for (query, limit) in [("?format=flip", "flip_pixels"), ("", "memory_bytes")] {
+        let size = if limit == "flip_pixels" { sized(2200, 2000) } else { sized(2000, 2000) };
+        let problem = compare(&service, query, &size, &size).problem(413, "cost-limit");
+        assert_eq!(problem["limit"]["name"], limit, "{problem}");
+    }
+}
+
 #[test]
 fn a_client_that_goes_away_stops_its_comparison() {
     let service = Service::start(&NO_TIMEOUT);

@@ -76,7 +76,14 @@ fn bodies_may_come_compressed_within_the_same_limits() {
     let whole = gzip(BALL.as_bytes());
     send("/v1/render", "gzip", &whole[..whole.len() - 9]).problem(400, "invalid-encoding");
     send("/v1/render", "gzip", BALL.as_bytes()).problem(400, "invalid-encoding");
-    send("/v1/render", "br", b"x").problem(415, "unsupported-media-type");
+    let unknown = send("/v1/render", "br", BALL.as_bytes());
+    let problem = unknown.problem(415, "unsupported-media-type");
+    assert!(problem["detail"].as_str().unwrap().contains("Content-Encoding br"), "{problem}");
+    assert_eq!(unknown.header("accept-encoding"), "gzip");
+    // Where a media type is the reason, the header would mislead.
+    let html = service.send("POST", "/v1/render", &[("Content-Type", "text/html")], BALL.as_bytes());
+    html.problem(415, "unsupported-media-type");
+    assert_eq!(html.header("accept-encoding"), "");
 }
 
 #[test]

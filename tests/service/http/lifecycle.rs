@@ -1,7 +1,10 @@
 //! Clients that go away, probes under load, and the end of the service.
 
+use super::jobs::{job, submit, succeeded};
 use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
+use std::collections::BTreeSet;
+use std::fs;
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::process::Command;
@@ -118,4 +121,54 @@ fn the_healthcheck_command_knows_alive_from_dead() {
     let dead = Command::new(env!("CARGO_BIN_EXE_strahl")).args(["healthcheck", "--url", &url]).output().unwrap();
     assert_eq!(dead.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&dead.stderr).starts_with("error: "), "{dead:?}");
+}
+
+/// Without `--data` the folder of a service that was killed goes with the start of the next one, and nothing else does.
+#[test]
+fn the_temporary_folder_of_a_killed_service_is_removed_by_the_next() {
+    let root = tempfile::tempdir().unwrap();
+    let start = |flags: &[&str]| Service::start_with_temporary(root.path(), flags);
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+    let folders = || fs::read_dir(root.path()).unwrap().map(name).collect::<BTreeSet<_>>();
+    let new_since = |before: &BTreeSet<String>| folders().difference(before).cloned().collect::<Vec<_>>();
+    let kill = |mut service: Service| {
+        service.signal("-KILL");
+        service.ended();
+    };
+
+    let live = start(&[]);
+    let kept = submit(&live, BALL, "");
+    succeeded(&live, &kept);
+    // A folder that somebody names is theirs, wherever it is; so is what is not the service's.
+    let named = root.path().join("strahl-named");
+    kill(start(&["--data", named.to_str().unwrap()]));
+    let before = folders();
+    kill(start(&[]));
+    let left = new_since(&before);
+    assert_eq!(left.len(), 1, "{left:?}");
+    // Who names one that was left keeps it.
+    let left = root.path().join(&left[0]);
+    let again = start(&["--data", left.to_str().unwrap()]);
+    assert_eq!(again.get("/v1/jobs").status, 200);
+    kill(again);
+    let before = folders();
+    let strange = start(&[]);
+    let with_notes = root.path().join(&new_since(&before)[0]);
+    fs::write(with_notes.join("notes.txt"), "mine").unwrap();
+    kill(strange);
+    fs::create_dir(root.path().join("strahl-empty")).unwrap();
+    let others = folders();
+
+    let killed = start(&[]);
+    succeeded(&killed, &submit(&killed, BALL, ""));
+    let gone = new_since(&others);
+    assert_eq!(gone.len(), 1, "{gone:?}");
+    kill(killed);
+    assert!(root.path().join(&gone[0]).is_dir(), "nobody has removed it yet");
+    let next = start(&[]);
+    assert!(!root.path().join(&gone[0]).exists());
+    assert!(others.is_subset(&folders()), "{others:?} {:?}", folders());
+    assert_eq!(job(&live, &kept)["state"], "succeeded");
+    assert_eq!(live.get(&format!("/v1/jobs/{kept}/image")).status, 200);
+    next.terminate();
 }

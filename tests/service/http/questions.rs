@@ -169,3 +169,33 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
         service.get(&format!("/v1/images/{unknown}/{path}")).problem(404, "not-found");
     }
 }
+
+/// What a model's file says and its scene does not is told with each answer about the scene, also by the id of its image.
+#[test]
+fn answers_about_a_scene_have_its_warnings() {
+    let service = Service::start(&[]);
+    let mut scene: Value = serde_json::from_str(BALL).unwrap();
+    scene["import_warnings"] = json!([{ "code": "not-simulated", "detail": "not-simulated: sheen" }]);
+    let text = scene.to_string();
+    let expected = r#""not-simulated: sheen""#;
+    for question in ["render", "map", "map?of=object", "tree?x=1&y=1", "tree?x=1&y=1&format=overlay"] {
+        let answer = service.post_json(&format!("/v1/{question}"), &text);
+        assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{question}");
+    }
+    let rays = json!({ "scene": scene, "rays": [{ "origin": [0, 1, 5], "direction": [0, 0, -1] }] });
+    let plain: Value = serde_json::from_str(BALL).unwrap();
+    // Each once, from either picture.
+    let same = json!({ "a": { "scene": scene }, "b": { "scene": scene, "settings": { "samples": 2 } } });
+    let other = json!({ "a": { "scene": plain }, "b": { "scene": scene } });
+    for (question, body) in [("rays", &rays), ("compare", &same), ("compare", &other), ("compare?format=png", &other)] {
+        let answer = service.post_json(&format!("/v1/{question}"), &body.to_string());
+        assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{question}");
+    }
+    let image = service.post_json("/v1/scenes", &text).json()["image_id"].as_str().unwrap().to_owned();
+    for question in ["map", "tree?x=1&y=1"] {
+        let answer = service.get(&format!("/v1/images/{image}/{question}"));
+        assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{question}");
+    }
+    let silent = service.post_json("/v1/map", BALL);
+    assert_eq!((silent.status, silent.header("render-warnings")), (200, ""));
+}

@@ -89,6 +89,17 @@ fn all_problems_of_a_scene_are_reported_with_their_places() {
     assert_eq!(errors[0]["pointer"], "#/objects/0/sphere/radius");
     assert_eq!(errors[0]["line"], 8);
     assert!(errors[0]["column"].is_u64() && errors[0]["code"].is_string() && errors[0]["detail"].is_string());
+
+    // In a body that holds more they have their places in that body.
+    for more in ["", r#""frames": { "count": 2, "turntable": {} },"#] {
+        let problem = service.post_json("/v1/jobs", &format!("{{{more}\n\"scene\":\n{scene}}}"));
+        let within = &problem.problem(422, "invalid-scene")["errors"];
+        for (error, alone) in within.as_array().unwrap().iter().zip(errors) {
+            assert_eq!(error["pointer"].as_str(), Some(&*alone["pointer"].as_str().unwrap().replace("#", "#/scene")));
+            assert_eq!(error["line"].as_u64(), alone["line"].as_u64().map(|line| line + 2), "{error}");
+            assert_eq!((&error["column"], &error["detail"]), (&alone["column"], &alone["detail"]));
+        }
+    }
 }
 
 #[test]
@@ -109,6 +120,34 @@ fn all_problems_of_other_bodies_are_reported_with_their_places() {
         ),
         ("/v1/jobs", BALL.to_owned(), "invalid-request", &["#", "#/version", "#/image"]),
         ("/v1/rays", format!(r#"{{"scene": {BALL}, "rays": {{"origin": [0, 0, 0]}}}}"#), "invalid-rays", &["#/rays"]),
+        // Lists of fields in the places of objects.
+        (
+            "/v1/rays",
+            format!(r#"{{"scene": {BALL}, "rays": [[[0, 0, 0], [0, 0, 1]]]}}"#),
+            "invalid-rays",
+            &["#/rays/0"],
+        ),
+        (
+            "/v1/rays",
+            format!(r#"{{"scene": {BALL}, "rays": [{{"origin": [0, 0, 0], "direction": [0, 0, 0]}}]}}"#),
+            "invalid-rays",
+            &["#/rays/0/direction"],
+        ),
+        ("/v1/rays", format!(r#"[{BALL}, []]"#), "invalid-rays", &["#"]),
+        (
+            "/v1/jobs",
+            format!(
+                r#"{{"scene": {BALL}, "frames": {{"count": 2, "turntable": [[0, 1, 0]]}}, "webhook": ["http://a"]}}"#
+            ),
+            "invalid-request",
+            &["#/frames/turntable", "#/webhook"],
+        ),
+        (
+            "/v1/compare",
+            format!(r#"{{"a": {{"scene": {BALL}}}, "b": ["i_a", null, {{}}]}}"#),
+            "invalid-request",
+            &["#/b"],
+        ),
         ("/v1/compare", r#"{"a": {"image": 1}, "b": {}}"#.to_owned(), "invalid-request", &["#/a/image"]),
         ("/v1/assets/missing", r#"{"sha256": "abc"}"#.to_owned(), "invalid-request", &["#/sha256"]),
         ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": 1}}"#), "invalid-request", &["#/settings"]),

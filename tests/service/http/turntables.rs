@@ -4,6 +4,7 @@ use crate::common::BALL;
 use crate::common::service::{Answer, PROGRAM, Service};
 use image::ImageFormat;
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
@@ -214,6 +215,11 @@ fn pictures_from_all_around_have_the_warnings_of_the_model() {
     }
     let headers = [GLB, ("Prefer", "wait=20")];
     let job = service.send("POST", &format!("/v1/jobs?{query}&turntable=3"), &headers, &brushed).json();
+    // The job has each once, with its code.
+    let told = job["sequence"]["warnings"].as_array().unwrap();
+    let of_header = |warning: &&Value| expected.contains(warning["detail"].as_str().unwrap());
+    assert!(!told.is_empty() && told.iter().all(|warning| of_header(&warning)), "{job}");
+    assert_eq!(told.iter().filter(|warning| warning["code"] == "not-simulated").count(), 1, "{job}");
     for what in ["animation", "sheet", "frames/1"] {
         let answer = service.get(&format!("/v1/jobs/{}/{what}", job["id"].as_str().unwrap()));
         assert_eq!((answer.status, answer.header("render-warnings")), (200, expected), "{what}");
@@ -221,16 +227,61 @@ fn pictures_from_all_around_have_the_warnings_of_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("brushed.glb");
     std::fs::write(&model, &brushed).unwrap();
-    let mut command = Command::new(PROGRAM);
-    command.arg("render").arg(&model).args(["--frames", "3", "--width", "16", "--height", "16", "-o"]);
-    let printed = String::from_utf8(command.arg(folder.path().join("a.png")).output().unwrap().stderr).unwrap();
-    assert_eq!(
-        printed.lines().filter(|line| line.starts_with("warning: ") && line.contains("anisotropy")).count(),
-        1,
-        "{printed}"
-    );
+    let turn = folder.path().join("turn.json");
+    std::fs::write(&turn, r#"{ "count": 3, "turntable": {} }"#).unwrap();
+    let all = ["render", "--frames", "3"].map(OsStr::new);
+    let one = ["frame", "--frame", "1", "--sequence"].map(OsStr::new);
+    for arguments in [&all[..], &[&one[..], &[turn.as_os_str()]].concat()] {
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments).arg(&model).args(["--width", "16", "--height", "16", "-o"]);
+        let output = command.arg(folder.path().join("a.png")).output().unwrap();
+        let printed = String::from_utf8(output.stderr).unwrap();
+        let told = |line: &&str| line.starts_with("warning: ") && line.contains("anisotropy");
+        assert_eq!(printed.lines().filter(told).count(), 1, "{arguments:?}: {printed}");
+    }
     let silent = of_model(&service, "turntable=2&width=16&height=16", &file("BoxVertexColors.glb"));
     assert_eq!((silent.status, silent.header("render-warnings")), (200, ""));
+}
+
+/// Also in frames, in variations and beside other settings, which have the settings of the scene once more.
+#[test]
+fn pixels_of_a_device_are_multiplied_once() {
+    let service = Service::start(&[]);
+    let size = |picture: &image::DynamicImage| [picture.width(), picture.height()];
+    let twice = service.post_json("/v1/render?dpr=2&format=png", BALL).picture();
+    assert!(twice == service.post_json("/v1/render?width=96&height=64&format=png", BALL).picture());
+    let wide = service.post_json("/v1/render?width=10&dpr=2&format=png", BALL).picture();
+    assert_eq!(size(&wide), [20, 64]);
+    let around = service.post_json("/v1/render?turntable=2&dpr=2&sheet=2x1", BALL);
+    assert_eq!(around.status, 200, "{}", around.text());
+
+    let scene: Value = serde_json::from_str(BALL).unwrap();
+    let base = service.post_json("/v1/scenes", BALL).json()["scene_id"].clone();
+    let varied = json!({ "base": base, "patch": {} });
+    for (scene, frames) in [(&scene, None), (&varied, None), (&scene, Some(2)), (&varied, Some(2))] {
+        let mut body = json!({ "scene": scene, "settings": { "dpr": 2 } });
+        if let Some(count) = frames {
+            body["frames"] = json!({ "count": count, "turntable": {} });
+        }
+        let headers = [("Content-Type", "application/json"), ("Prefer", "wait=20")];
+        let job = service.send("POST", "/v1/jobs", &headers, body.to_string().as_bytes()).json();
+        assert_eq!((&job["state"], &job["width"], &job["height"]), (&"succeeded".into(), &96.into(), &64.into()));
+        let path = if frames.is_some() { "frames/0" } else { "image" };
+        let picture = service.get(&format!("/v1/jobs/{}/{path}", job["id"].as_str().unwrap())).picture();
+        assert!(picture == twice, "{frames:?}: {:?}", size(&picture));
+    }
+    let settings = json!({ "scene": scene, "settings": [{}, { "width": 48 }, { "width": 24, "dpr": 4 }] });
+    let plans = service.post_json("/v1/explain?dpr=2", &settings.to_string()).json();
+    let ids: Vec<_> = plans["estimates"].as_array().unwrap().iter().map(|one| &one["image_id"]).collect();
+    let expected = service.post_json("/v1/scenes?width=96&height=64", BALL).json()["image_id"].clone();
+    assert_eq!(ids[..2], [&expected; 2], "{plans}");
+    let expected = service.post_json("/v1/scenes?width=96&height=128", BALL).json()["image_id"].clone();
+    assert_eq!(ids[2], &expected, "{plans}");
+
+    let large = BALL.replacen("\"width\": 48", "\"width\": 4096", 1);
+    let problem = service.post_json("/v1/render?dpr=8", &large).problem(422, "invalid-scene");
+    let error = &problem["errors"][0];
+    assert!(error["pointer"] == "#/image/width" && error["line"].is_null(), "{problem}");
 }
 
 #[test]
@@ -276,9 +327,11 @@ fn the_film_and_the_size_are_settings() {
     assert_eq!([og.width(), og.height()], [600, 315]);
     let twice = picture("width=20&height=16&dpr=2");
     assert!(twice == picture("width=40&height=32"));
-    for wrong in ["dpr=2", "size=og&width=3", "background=blue", "exposure=99", "tone=film"] {
+    for wrong in ["dpr=9", "dpr=8&width=4000", "size=og&width=3", "background=blue", "exposure=99", "tone=film"] {
         of_model(&service, wrong, &cube).problem(400, "invalid-parameter");
     }
+    let small = picture("dpr=0.25&antialias=false");
+    assert!(small == picture("width=128&height=128&antialias=false"), "{} x {}", small.width(), small.height());
     let scene = service.post_json("/v1/render?background=00ff00&width=16&height=12&format=png", BALL).picture();
     assert_eq!(scene.to_rgb8().get_pixel(0, 0).0, [0, 255, 0]);
 }

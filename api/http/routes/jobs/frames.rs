@@ -57,7 +57,7 @@ struct FrameList {
 
 async fn list(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<Response, Problem> {
     frames_of(&job)?;
-    let frames = {
+    let (frames, warnings) = {
         let (app, record) = (Arc::clone(&app), job.record().clone());
         blocking(move || app.service.jobs.frame_reports(&record)).await?
     };
@@ -65,7 +65,7 @@ async fn list(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<
         let record = job.record();
         (record.estimate_rays, record.estimate_ms)
     };
-    let sequence = SequenceReport::of(&frames, rays, ms);
+    let sequence = SequenceReport::of(&frames, warnings, rays, ms);
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(FrameList { frames, sequence })).into_response())
 }
 

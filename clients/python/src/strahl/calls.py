@@ -43,7 +43,7 @@ class Settings(TypedDict, total=False):
     tone: Literal["none", "khronos_pbr_neutral", "agx"]
     #: `og`, in place of width and height.
     size: Literal["og"]
-    #: Multiplies width and height.
+    #: Multiplies width and height, the scene's where they are not given.
     dpr: float
     # Of models only.
     animation: int | str

@@ -1471,7 +1471,7 @@ class Overrides(TypedDict):
     background: NotRequired[str]
     # Which camera of a model's file sees it, from 0.
     camera: NotRequired[int]
-    # Pixels of the device for each of width and height.
+    # Pixels of the device for each of width and height, which are the scene's where they are not given.
     dpr: NotRequired[float]
     # Exposure in stops, each of which doubles the light, in place of the scene's.
     exposure: NotRequired[float]
@@ -2322,6 +2322,8 @@ class SequenceReport(TypedDict):
     rays: int
     # Milliseconds of tracing.
     trace_ms: float
+    # Warnings about the frames, each once.
+    warnings: list[SceneProblem]
 
 
 class Several(TypedDict):
