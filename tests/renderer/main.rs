@@ -23,6 +23,7 @@ mod metrics {
 mod models {
     mod files;
     mod look;
+    mod materials;
     mod pictures;
     mod refusals;
     mod scenes;

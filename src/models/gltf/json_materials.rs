@@ -1,5 +1,6 @@
 //! Materials in the JSON of a glTF 2.0 file, with the extensions of Khronos.
 
+use super::super::material::UvTransform;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -38,6 +39,14 @@ pub(super) struct TextureInfo {
     pub(super) strength: Option<f64>,
     #[serde(default)]
     pub(super) extensions: InfoExtensions,
+}
+
+impl TextureInfo {
+    /// What is done to its coordinates first.
+    pub(super) fn transform(&self) -> Option<UvTransform> {
+        let Transform { offset, rotation, scale, .. } = *self.extensions.transform.as_ref()?;
+        Some(UvTransform { offset, rotation, scale })
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

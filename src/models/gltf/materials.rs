@@ -1,7 +1,7 @@
 //! Materials of a glTF file in neutral words.
 
 use super::super::fault::{Fault, Kind, Subject, Warning, warn};
-use super::super::material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
+use super::super::material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, Wrap};
 use super::extensions::note_look;
 use super::json::Document;
 use super::json_materials::{Glossiness, Material, TextureInfo};
@@ -127,8 +127,7 @@ impl Materials<'_> {
             Some(33_648) => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
-        let transform = info.extensions.transform.as_ref();
-        let uv = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
+        let uv = info.extensions.transform.as_ref().and_then(|it| it.tex_coord).unwrap_or(info.tex_coord);
         if uv > 1 {
             let detail = "only the texture coordinates 0 and 1 are read: others are taken as 0";
             warn(self.warnings, Subject::Approximated, "texture-coordinates", pointer, detail);
@@ -136,7 +135,7 @@ impl Materials<'_> {
         Ok(Some(Texture {
             picture,
             uv: if uv > 1 { 0 } else { uv },
-            transform: transform.map(|it| UvTransform { offset: it.offset, rotation: it.rotation, scale: it.scale }),
+            transform: info.transform(),
             wrap: [wrap(sampler.map(|it| it.wrap_s)), wrap(sampler.map(|it| it.wrap_t))],
             nearest: sampler.is_some_and(|sampler| sampler.mag_filter == Some(9_728)),
         }))

@@ -7,7 +7,7 @@ use crate::scene::check::is_closed;
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
 };
-use crate::scene::limits::{MAGNITUDE, NAME_BYTES};
+use crate::scene::limits::{MAGNITUDE, NAME_BYTES, SMALLEST_LENGTH};
 use crate::scene::named::Named;
 use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;
@@ -83,29 +83,35 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
     };
     let within = |factor: [f64; 3], most: f64| factor.map(|channel| channel.min(most));
     let map = |(texture, factor): (Texture, f64)| Box::new(textured(factor, texture, None, sources));
+    // Beyond that all of them lie flat.
+    let bumps = |(texture, scale): (Texture, f64)| map((texture, scale.clamp(-100.0, 100.0)));
     let transmits = material.transmission.factor > 0.0;
     let coat = material.clearcoat.as_ref();
     Pbr {
         base_color: color(within(material.base_color.factor, 1.0), material.base_color.texture),
         metallic: number(&material.metallic, TexelChannel::B),
         roughness: number(&material.roughness, TexelChannel::G),
-        normal: material.normal.map(map),
+        normal: material.normal.map(bumps),
         occlusion: material.occlusion.map(|(texture, strength)| map((texture, strength.clamp(0.0, 1.0)))),
-        emissive: color(material.emissive.factor, material.emissive.texture),
+        // The darkest film shows what is brighter as white.
+        emissive: color(within(material.emissive.factor, MAGNITUDE), material.emissive.texture),
         opacity: opacity(material, sources),
         transmission: number(&material.transmission, TexelChannel::R),
         thin: transmits && (!material.has_volume || is_open),
         ior: material.ior.clamp(1.0, 100.0),
         specular: number(&material.specular, TexelChannel::A),
         specular_color: color(within(material.specular_color.factor, MAGNITUDE), material.specular_color.texture),
-        attenuation: material.attenuation.filter(|_| transmits).map(|attenuation| d::Attenuation {
-            color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
-            distance: attenuation.distance,
+        // Over more than that nothing is lost that could be seen: programs write the largest number for a clear body.
+        attenuation: material.attenuation.filter(|it| transmits && it.distance <= MAGNITUDE).map(|attenuation| {
+            d::Attenuation {
+                color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
+                distance: attenuation.distance.max(SMALLEST_LENGTH),
+            }
         }),
         dispersion: material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)),
         clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
-        clearcoat_normal: coat.and_then(|coat| coat.normal).map(map),
+        clearcoat_normal: coat.and_then(|coat| coat.normal).map(bumps),
         unlit: material.unlit,
         shadow_catcher: false,
         edge_fade: 0.0,
@@ -193,7 +199,8 @@ pub(super) fn without_rays(model: &Model) -> Vec<Warning> {
     }
     let most = materials.iter().flat_map(|material| material.emissive.factor).fold(0.0, f64::max);
     if most > 1.0 {
-        let detail = format!("bodies that glow (up to {most:.1}) light nothing else, unless fidelity is faithful");
+        let most = if most < 1e6 { format!("{most:.1}") } else { format!("{most:e}") };
+        let detail = format!("bodies that glow (up to {most}) light nothing else, unless fidelity is faithful");
         warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
     }
     warnings
