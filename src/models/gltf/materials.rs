@@ -66,14 +66,18 @@ impl Materials<'_> {
         if let Some(glossiness) = &more.glossiness {
             self.convert(&mut read, glossiness, &pointer)?;
         }
-        for (name, is_there) in [
-            ("KHR_materials_sheen", more.sheen.is_some()),
-            ("KHR_materials_iridescence", more.iridescence.is_some()),
-            ("KHR_materials_anisotropy", more.anisotropy.is_some()),
-            ("KHR_materials_diffuse_transmission", more.diffuse_transmission.is_some()),
+        // By their defaults most do nothing.
+        for (name, does_something) in [
+            ("KHR_materials_sheen", more.sheen.as_ref().is_some_and(|it| it.sheen_color_factor != [0.0; 3])),
+            ("KHR_materials_iridescence", more.iridescence.as_ref().is_some_and(|it| it.iridescence_factor != 0.0)),
+            ("KHR_materials_anisotropy", more.anisotropy.as_ref().is_some_and(|it| it.anisotropy_strength != 0.0)),
+            (
+                "KHR_materials_diffuse_transmission",
+                more.diffuse_transmission.as_ref().is_some_and(|it| it.diffuse_transmission_factor != 0.0),
+            ),
             ("KHR_materials_volume_scatter", more.volume_scatter.is_some()),
         ] {
-            if is_there {
+            if does_something {
                 note_look(self.warnings, name, format!("{pointer}/extensions/{name}"));
             }
         }

@@ -1,12 +1,47 @@
-//! Materials of glTF files: numbers that scenes do not take.
+//! Materials of glTF files: extensions that do nothing, and numbers that scenes do not take.
 
-use super::look::{FRONT, matte, quads};
+use super::look::{FRONT, imported, matte, overrides, quads};
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;
 use strahl::scene::description::{Channel, Pbr};
 use strahl::scene::model::import;
 use strahl::scene::problem::Code;
 use strahl::scene::{Format, NoFiles, Overrides, load};
+
+/// A square whose material has an extension.
+fn square(name: &str, extension: Value) -> Vec<u8> {
+    let mut material = matte([0.8, 0.4, 0.2]);
+    material["extensions"] = json!({ name: extension });
+    quads(&[(FRONT, material)], json!({ "extensionsUsed": [name] }))
+}
+
+fn warnings(bytes: &[u8]) -> Vec<String> {
+    let description = imported(bytes, ModelFormat::Gltf, &overrides("front")).description;
+    description.import_warnings.into_iter().map(|warning| warning.detail).collect()
+}
+
+#[test]
+fn extensions_that_do_nothing_are_not_warned_of() {
+    for (name, idle, active) in [
+        ("KHR_materials_sheen", json!({ "sheenRoughnessFactor": 0.5 }), json!({ "sheenColorFactor": [0, 0, 0.1] })),
+        ("KHR_materials_iridescence", json!({ "iridescenceIor": 1.8 }), json!({ "iridescenceFactor": 0.1 })),
+        ("KHR_materials_anisotropy", json!({ "anisotropyRotation": 1 }), json!({ "anisotropyStrength": 0.1 })),
+        (
+            "KHR_materials_diffuse_transmission",
+            json!({ "diffuseTransmissionColorFactor": [1, 0, 0] }),
+            json!({ "diffuseTransmissionFactor": 0.1 }),
+        ),
+    ] {
+        for nothing in [json!({}), idle] {
+            assert_eq!(warnings(&square(name, nothing)), [""; 0], "{name}");
+        }
+        let warned = warnings(&square(name, active));
+        assert!(matches!(warned.as_slice(), [only] if only.starts_with("not-simulated: ")), "{name}: {warned:?}");
+    }
+    for nothing in [json!({}), json!({ "thicknessFactor": 0, "attenuationColor": [1, 0, 0] })] {
+        assert_eq!(warnings(&square("KHR_materials_volume", nothing)), [""; 0]);
+    }
+}
 
 /// Of the file, where they are written: the scene's own pointers lead nowhere in it.
 #[test]
