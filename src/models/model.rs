@@ -90,7 +90,8 @@ pub enum Projection {
 /// A lamp.
 #[derive(Debug, Clone)]
 pub struct Lamp {
-    /// From the lamp, which shines along -z, to the model.
+    /// From the lamp, which shines along -z, to the model. Its scale turns lamps, too: what mirrors z lets them shine along +z
+    /// (KHR_lights_punctual: scale counts for its effect on orientation).
     pub placed: DMat4,
     /// Linear colour.
     pub color: [f64; 3],
