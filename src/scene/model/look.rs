@@ -22,6 +22,7 @@ pub(super) fn materials(
     prefix: &str,
     warnings: &mut Vec<Warning>,
 ) -> (Named<Material>, Vec<String>, PictureNames) {
+    lay_pictures(model, warnings);
     let open = open_volumes(model, warnings);
     let pictures = std::mem::take(&mut model.pictures);
     let sources: Vec<String> = pictures.iter().map(source).collect();
@@ -41,6 +42,25 @@ pub(super) fn materials(
     }
     note(model, warnings);
     (named, names, pictures)
+}
+
+/// Gives meshes without the texture coordinates of a picture those of its corner, as WebGL does.
+fn lay_pictures(model: &mut Model, warnings: &mut Vec<Warning>) {
+    let mut any = false;
+    for placement in &model.placements {
+        let textures = placement.material.into_iter().flat_map(|index| model.materials[index].textures());
+        let geometry = &mut model.geometries[placement.geometry];
+        for texture in textures {
+            geometry.uvs[texture.uv].get_or_insert_with(|| {
+                any = true;
+                vec![[0.0; 2]; geometry.positions.len()]
+            });
+        }
+    }
+    if any {
+        let detail = "meshes without texture coordinates show one pixel of their picture, that at its corner";
+        warnings.push(warning(Subject::Approximated, "no-texture-coordinates", detail));
+    }
 }
 
 /// Whether nothing in the model asks for light: then its colours are what the picture is to show.
@@ -183,6 +203,15 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 
 /// Notes what scenes cannot say.
 fn note(model: &Model, warnings: &mut Vec<Warning>) {
+    let is_invisible = |material: &ModelMaterial| material.alpha == Alpha::Blend && material.opacity <= 0.0;
+    if model.placements.iter().all(|it| it.material.is_some_and(|index| is_invisible(&model.materials[index]))) {
+        let detail = "nothing is seen: all materials have an opacity of 0, as Tr 1 and d 0 of MTL say";
+        warnings.push(warning(Subject::Skipped, "invisible", detail));
+    }
+    if model.materials.iter().any(|material| material.base_color.factor.iter().any(|channel| *channel > 1.0)) {
+        let detail = "colors above 1 are taken as 1: they go from 0 to 1, not to 255";
+        warnings.push(warning(Subject::Approximated, "colors", detail));
+    }
     if model.materials.iter().any(|material| material.unlit) && !is_unlit(model) {
         let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
         warnings.push(warning(Subject::Approximated, "unlit", detail));

@@ -326,10 +326,10 @@ fn obj_without_normals_is_smooth_up_to_creases() {
 fn models_that_cannot_be_seen_are_refused_as_models() {
     let point = b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n";
     let huge = b"v 0 0 0\nv 3e70 0 0\nv 0 1 0\nf 1 2 3\n";
-    for bytes in [point.as_slice(), huge] {
+    for (bytes, why) in [(point.as_slice(), "nothing to see"), (huge, "units large")] {
         let problems = import(ModelFormat::Obj, bytes, &Overrides::default(), &NoFiles).unwrap_err();
         assert!(problems.0.len() == 1 && problems.0[0].pointer.is_empty(), "{problems}");
-        assert!(problems.to_string().contains("units large"), "{problems}");
+        assert!(problems.to_string().contains(why), "{problems}");
     }
     let options = ModelOptions { light: Some(LightChoice::File), ..ModelOptions::default() };
     let dark = Overrides { model: options, ..Overrides::default() };
