@@ -23,7 +23,11 @@ impl Geometry {
     /// Unit normals in the place of those that are none; how many were. They are the means of their faces, weighted by area.
     pub(super) fn mend_normals(&mut self) -> usize {
         let Some(normals) = &mut self.normals else { return 0 };
-        let is_direction = |normal: &[f64; 3]| DVec3::from_array(*normal).length_squared() > 1e-12;
+        // The square of a length of 1e154 is no number any more.
+        let is_direction = |normal: &[f64; 3]| {
+            let squared = DVec3::from_array(*normal).length_squared();
+            squared > 1e-12 && squared.is_finite()
+        };
         let broken = normals.iter().filter(|normal| !is_direction(normal)).count();
         if broken > 0 {
             let mut means = vec![DVec3::ZERO; normals.len()];
@@ -39,6 +43,15 @@ impl Geometry {
             *normal = DVec3::from_array(*normal).normalize().to_array();
         }
         broken
+    }
+
+    /// Whether any triangle has three corners.
+    pub(super) fn has_area(&self) -> bool {
+        let has_three = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| self.positions[i as usize]);
+            a != b && b != c && c != a
+        };
+        self.triangles.iter().any(has_three)
     }
 
     /// Drops the points that no triangle has: a box around all of them would be too large.

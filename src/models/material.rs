@@ -114,6 +114,19 @@ pub struct UvTransform {
     pub scale: [f64; 2],
 }
 
+/// Largest offset and scale that scenes take. Far below it texture coordinates have no digits left for a place in the picture.
+const FARTHEST: f64 = 1e15;
+
+impl UvTransform {
+    /// What is wrong with it, if anything is.
+    pub(super) fn fault(&self) -> Option<String> {
+        let far = self.offset.into_iter().chain(self.scale).find(|number| number.abs() > FARTHEST)?;
+        Some(format!(
+            "the scale and the offset of a texture lie between -{FARTHEST:e} and {FARTHEST:e}, and {far:e} does not"
+        ))
+    }
+}
+
 /// The texture beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(missing_docs, reason = "the names say it")]

@@ -64,12 +64,13 @@ pub struct Choice {
 
 /// Reads a model.
 pub fn read(format: ModelFormat, bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Model, Faults> {
-    let model = match format {
+    let mut model = match format {
         ModelFormat::Gltf => gltf::read(bytes, parts, choice)?,
         ModelFormat::Obj => obj::read(bytes, parts)?,
         ModelFormat::Stl => stl::read(bytes)?,
         ModelFormat::Ply => ply::read(bytes)?,
     };
+    model.drop_unseen();
     if model.triangles() == 0 {
         return Err(Faults::one(model.nothing_to_see()));
     }

@@ -3,7 +3,7 @@
 use super::fault::{Fault, Kind, Warning};
 use super::geometry::Geometry;
 use super::material::ModelMaterial;
-use glam::DMat4;
+use glam::{DMat3, DMat4};
 
 /// A model.
 #[derive(Debug, Clone, Default)]
@@ -90,7 +90,8 @@ pub enum Projection {
 /// A lamp.
 #[derive(Debug, Clone)]
 pub struct Lamp {
-    /// From the lamp, which shines along -z, to the model.
+    /// From the lamp, which shines along -z, to the model. Its scale turns lamps, too: what mirrors z lets them shine along +z
+    /// (KHR_lights_punctual: scale counts for its effect on orientation).
     pub placed: DMat4,
     /// Linear colour.
     pub color: [f64; 3],
@@ -127,6 +128,14 @@ impl Model {
         self.placements.iter().map(of).sum()
     }
 
+    /// Drops what has no area: what a scale of 0 hides, as animations do, and triangles of which none has three corners.
+    pub(super) fn drop_unseen(&mut self) {
+        let has_area: Vec<bool> = self.geometries.iter().map(Geometry::has_area).collect();
+        let is_hidden = |matrix: &DMat4| DMat3::from_mat4(*matrix) == DMat3::ZERO;
+        self.placements.iter_mut().for_each(|placement| placement.transforms.retain(|matrix| !is_hidden(matrix)));
+        self.placements.retain(|placement| has_area[placement.geometry] && !placement.transforms.is_empty());
+    }
+
     /// Why there is no picture of it.
     pub(super) fn nothing_to_see(&self) -> Fault {
         let skipped = self.warnings.iter().find(|warning| matches!(warning.what, "points" | "lines"));
@@ -134,7 +143,7 @@ impl Model {
             Some(warning) => {
                 format!("the model has only {}, of which no picture is made: it needs triangles", warning.what)
             }
-            None => "there is nothing to see: the model has no triangles".to_owned(),
+            None => "there is nothing to see: the model has no triangles that have an area".to_owned(),
         };
         Fault::new("", Kind::Degenerate, detail)
     }

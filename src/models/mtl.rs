@@ -7,7 +7,7 @@ use super::material::{Alpha, Channel, ModelMaterial, Texture};
 use super::model::{Model, Picture};
 use super::mtl_map::Map;
 use super::parts::{Uri, uri};
-use super::text::Text;
+use super::text::{Text, Word};
 use hashbrown::HashMap;
 
 /// Most materials and pictures of a model.
@@ -43,7 +43,7 @@ impl Library {
                 worked(LINES * 64)?;
             }
             if let Some(word) = text.word() {
-                let read = self.statement(word.text, &mut text, &mut phong, parts, model, budget);
+                let read = self.statement(word, &mut text, &mut phong, parts, model, budget);
                 read.map_err(|fault| {
                     let shown: String = file.chars().take(60).collect();
                     Fault { detail: format!("{shown}: {}", fault.detail), ..fault }
@@ -59,14 +59,14 @@ impl Library {
 
     fn statement(
         &mut self,
-        word: &[u8],
+        word: Word<'_>,
         text: &mut Text<'_>,
         phong: &mut Phong,
         parts: &Parts<'_>,
         model: &mut Model,
         budget: &Budget,
     ) -> Result<(), Fault> {
-        let key = word.to_ascii_lowercase();
+        let key = word.text.to_ascii_lowercase();
         if key == b"newmtl" {
             std::mem::take(phong).finish(self.materials.last_mut());
             if self.materials.len() >= MATERIALS {
@@ -85,7 +85,7 @@ impl Library {
         let last = self.materials.len() - 1;
         let texture = match key.as_slice() {
             b"map_kd" | b"map_d" | b"map_ke" | b"map_pr" | b"map_pm" | b"map_bump" | b"bump" | b"norm" => {
-                self.texture(&text.name(), parts, model, budget)?
+                self.texture(word, &text.name(), parts, model, budget)?
             }
             _ => None,
         };
@@ -140,12 +140,17 @@ impl Library {
     /// The picture of a statement. One that is missing is left out with a warning.
     fn texture(
         &mut self,
+        word: Word<'_>,
         line: &str,
         parts: &Parts<'_>,
         model: &mut Model,
         budget: &Budget,
     ) -> Result<Option<Texture>, Fault> {
         let map = Map::of(line);
+        let transform = map.transform();
+        if let Some(detail) = transform.and_then(|transform| transform.fault()) {
+            return Err(word.fault(Kind::OutOfRange, detail));
+        }
         let picture = match self.pictures.get(map.name) {
             Some(known) => *known,
             None => {
@@ -154,8 +159,7 @@ impl Library {
                 read
             }
         };
-        let (transform, wrap) = (map.transform(), [map.wrap; 2]);
-        Ok(picture.map(|picture| Texture { picture, uv: 0, transform, wrap, nearest: false }))
+        Ok(picture.map(|picture| Texture { picture, uv: 0, transform, wrap: [map.wrap; 2], nearest: false }))
     }
 
     /// Reads a picture; its index.
@@ -242,6 +246,7 @@ impl Phong {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fault::Place;
     use super::super::parts::exact_or_plain;
     use super::*;
 
@@ -285,6 +290,22 @@ mod tests {
         let fault = library.read("a.mtl", mtl.as_bytes(), &parts, &mut model, &Budget::default()).unwrap_err();
         assert_eq!(fault.kind, Kind::Limit);
         assert_eq!(library.materials.len(), 33, "1 GiB");
+    }
+
+    /// Where they are written, not where the scene has them.
+    #[test]
+    fn transforms_beyond_all_numbers_are_refused_in_their_line() {
+        let refused = |options: &str| {
+            let mtl = format!("newmtl a\n\tmap_Kd {options} textures/my wood.png\n");
+            let (mut library, mut model) = (Library::default(), Model::default());
+            let fault =
+                library.read("a.mtl", mtl.as_bytes(), &|_| Err("".into()), &mut model, &Budget::default()).err();
+            fault.map(|fault| (fault.kind, fault.place, fault.detail.starts_with("a.mtl: the scale and the offset")))
+        };
+        for options in ["-s 1e300", "-s 1 -1e16", "-o 1e300", "-o 9e14 9e14 -s 1 9e14"] {
+            assert_eq!(refused(options), Some((Kind::OutOfRange, Place::Line(2, 2), true)), "{options}");
+        }
+        assert_eq!(refused("-s 1e14 1e14 -o -1e14"), None);
     }
 
     #[test]

@@ -55,8 +55,8 @@ pub const PICTURE_SIDE: Limit = Limit::new("picture_side", 16_384);
 pub const PICTURE_MEMORY: Limit = Limit::new("picture_memory", 256 << 20);
 /// Warnings of the file that a scene was made of.
 pub const IMPORT_WARNINGS: Limit = Limit::new("import_warnings", 50);
-/// Bytes of one of them.
-pub const IMPORT_WARNING_BYTES: Limit = Limit::new("import_warning_bytes", 1_024);
+/// Characters of one of them, as JSON Schema counts them: Unicode code points.
+pub const IMPORT_WARNING_CHARACTERS: Limit = Limit::new("import_warning_characters", 1_024);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
 /// Problems looked for in one scene, so that it can be said how many more there are.

@@ -21,8 +21,10 @@ mod metrics {
     mod image_metrics;
 }
 mod models {
+    mod exporters;
     mod files;
     mod look;
+    mod materials;
     mod pictures;
     mod refusals;
     mod scenes;

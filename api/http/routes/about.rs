@@ -128,7 +128,7 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         scene::TREE_RAYS,
         scene::PROBLEMS,
         scene::IMPORT_WARNINGS,
-        scene::IMPORT_WARNING_BYTES,
+        scene::IMPORT_WARNING_CHARACTERS,
     ];
     let counts = scene_limits.into_iter().map(|limit| (limit.name, Number::from(limit.max)));
     let lengths = [("magnitude", scene::MAGNITUDE), ("smallest_length", scene::SMALLEST_LENGTH)];

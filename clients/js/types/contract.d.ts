@@ -2221,7 +2221,7 @@ export interface components {
         ImportWarning: {
             /** @description What happens to it. */
             code: components["schemas"]["ImportWarningCode"];
-            /** @description One sentence, of at most 1024 bytes. */
+            /** @description One sentence, of at most 1024 characters. */
             detail: string;
             /** @description The fidelity that it holds for. Default: each. */
             fidelity?: components["schemas"]["Fidelity"] | null;

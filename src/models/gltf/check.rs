@@ -132,8 +132,12 @@ impl References<'_> {
             ];
             for (key, info) in infos {
                 if let Some(info) = info {
-                    let pointer = format!("/materials/{i}/{key}/index");
-                    self.one(pointer, info.index, document.textures.len(), "texture");
+                    let pointer = format!("/materials/{i}/{key}");
+                    self.one(format!("{pointer}/index"), info.index, document.textures.len(), "texture");
+                    if let Some(detail) = info.transform().and_then(|transform| transform.fault()) {
+                        let pointer = format!("{pointer}/extensions/KHR_texture_transform");
+                        self.faults.push(Fault::new(pointer, Kind::OutOfRange, detail));
+                    }
                 }
             }
         }

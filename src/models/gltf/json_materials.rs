@@ -1,5 +1,6 @@
 //! Materials in the JSON of a glTF 2.0 file, with the extensions of Khronos.
 
+use super::super::material::UvTransform;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -38,6 +39,14 @@ pub(super) struct TextureInfo {
     pub(super) strength: Option<f64>,
     #[serde(default)]
     pub(super) extensions: InfoExtensions,
+}
+
+impl TextureInfo {
+    /// What is done to its coordinates first.
+    pub(super) fn transform(&self) -> Option<UvTransform> {
+        let Transform { offset, rotation, scale, .. } = *self.extensions.transform.as_ref()?;
+        Some(UvTransform { offset, rotation, scale })
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -84,13 +93,13 @@ pub(super) struct Extensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub(super) glossiness: Option<Glossiness>,
     #[serde(rename = "KHR_materials_sheen")]
-    pub(super) sheen: Option<IgnoredAny>,
+    pub(super) sheen: Option<Sheen>,
     #[serde(rename = "KHR_materials_iridescence")]
-    pub(super) iridescence: Option<IgnoredAny>,
+    pub(super) iridescence: Option<Iridescence>,
     #[serde(rename = "KHR_materials_anisotropy")]
-    pub(super) anisotropy: Option<IgnoredAny>,
+    pub(super) anisotropy: Option<Anisotropy>,
     #[serde(rename = "KHR_materials_diffuse_transmission")]
-    pub(super) diffuse_transmission: Option<IgnoredAny>,
+    pub(super) diffuse_transmission: Option<DiffuseTransmission>,
     #[serde(rename = "KHR_materials_volume_scatter")]
     pub(super) volume_scatter: Option<IgnoredAny>,
 }
@@ -155,4 +164,30 @@ pub(super) struct Glossiness {
     pub(super) specular_factor: Option<[f64; 3]>,
     pub(super) glossiness_factor: Option<f64>,
     pub(super) specular_glossiness_texture: Option<TextureInfo>,
+}
+
+// Of what is left out only whether it does anything is read.
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Sheen {
+    pub(super) sheen_color_factor: [f64; 3],
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Iridescence {
+    pub(super) iridescence_factor: f64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Anisotropy {
+    pub(super) anisotropy_strength: f64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct DiffuseTransmission {
+    pub(super) diffuse_transmission_factor: f64,
 }

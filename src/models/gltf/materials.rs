@@ -1,7 +1,7 @@
 //! Materials of a glTF file in neutral words.
 
 use super::super::fault::{Fault, Kind, Subject, Warning, warn};
-use super::super::material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
+use super::super::material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, Wrap};
 use super::extensions::note_look;
 use super::json::Document;
 use super::json_materials::{Glossiness, Material, TextureInfo};
@@ -66,14 +66,18 @@ impl Materials<'_> {
         if let Some(glossiness) = &more.glossiness {
             self.convert(&mut read, glossiness, &pointer)?;
         }
-        for (name, is_there) in [
-            ("KHR_materials_sheen", more.sheen.is_some()),
-            ("KHR_materials_iridescence", more.iridescence.is_some()),
-            ("KHR_materials_anisotropy", more.anisotropy.is_some()),
-            ("KHR_materials_diffuse_transmission", more.diffuse_transmission.is_some()),
+        // By their defaults most do nothing.
+        for (name, does_something) in [
+            ("KHR_materials_sheen", more.sheen.as_ref().is_some_and(|it| it.sheen_color_factor != [0.0; 3])),
+            ("KHR_materials_iridescence", more.iridescence.as_ref().is_some_and(|it| it.iridescence_factor != 0.0)),
+            ("KHR_materials_anisotropy", more.anisotropy.as_ref().is_some_and(|it| it.anisotropy_strength != 0.0)),
+            (
+                "KHR_materials_diffuse_transmission",
+                more.diffuse_transmission.as_ref().is_some_and(|it| it.diffuse_transmission_factor != 0.0),
+            ),
             ("KHR_materials_volume_scatter", more.volume_scatter.is_some()),
         ] {
-            if is_there {
+            if does_something {
                 note_look(self.warnings, name, format!("{pointer}/extensions/{name}"));
             }
         }
@@ -127,8 +131,7 @@ impl Materials<'_> {
             Some(33_648) => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
-        let transform = info.extensions.transform.as_ref();
-        let uv = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
+        let uv = info.extensions.transform.as_ref().and_then(|it| it.tex_coord).unwrap_or(info.tex_coord);
         if uv > 1 {
             let detail = "only the texture coordinates 0 and 1 are read: others are taken as 0";
             warn(self.warnings, Subject::Approximated, "texture-coordinates", pointer, detail);
@@ -136,7 +139,7 @@ impl Materials<'_> {
         Ok(Some(Texture {
             picture,
             uv: if uv > 1 { 0 } else { uv },
-            transform: transform.map(|it| UvTransform { offset: it.offset, rotation: it.rotation, scale: it.scale }),
+            transform: info.transform(),
             wrap: [wrap(sampler.map(|it| it.wrap_s)), wrap(sampler.map(|it| it.wrap_t))],
             nearest: sampler.is_some_and(|sampler| sampler.mag_filter == Some(9_728)),
         }))

@@ -99,8 +99,8 @@ fn check_import_warnings(findings: &mut Findings, description: &Description) {
     let warnings = &description.import_warnings;
     findings.count(at, "warnings", warnings.len() as u64, limits::IMPORT_WARNINGS);
     for (i, warning) in warnings.iter().enumerate().take(limits::IMPORT_WARNINGS.max as usize) {
-        let bytes = warning.detail.len() as u64;
-        findings.count(at.index(i).key("detail"), "bytes", bytes, limits::IMPORT_WARNING_BYTES);
+        let characters = warning.detail.chars().count() as u64;
+        findings.count(at.index(i).key("detail"), "characters", characters, limits::IMPORT_WARNING_CHARACTERS);
     }
 }
 

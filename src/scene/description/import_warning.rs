@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct ImportWarning {
     /// What happens to it.
     pub code: Subject,
-    /// One sentence, of at most 1024 bytes.
+    /// One sentence, of at most 1024 characters.
     #[schemars(length(max = 1024))]
     pub detail: String,
     /// The fidelity that it holds for. Default: each.

@@ -17,6 +17,7 @@ mod object;
 mod pbr;
 mod picture_names;
 mod render;
+mod sameness;
 mod texture;
 mod written;
 

@@ -2,6 +2,7 @@
 
 use super::object::{Motion, Object, Transform};
 use super::picture_names::PictureNames;
+use super::sameness::{are_same, are_same_definitions};
 use super::{Description, Material};
 use crate::models::Which;
 use crate::scene::named::{self, Named};
@@ -170,7 +171,8 @@ impl Description {
 
     /// Shares the objects of another scene if they are the same, with what is known of their models; whether they are.
     pub(in crate::scene) fn takes_objects_of(&mut self, other: &Self) -> bool {
-        let same = self.objects == other.objects && self.definitions == other.definitions;
+        let same =
+            are_same(&self.objects, &other.objects) && are_same_definitions(&self.definitions, &other.definitions);
         if same {
             (self.objects, self.definitions) = (Arc::clone(&other.objects), Arc::clone(&other.definitions));
             self.take_models_of(other);

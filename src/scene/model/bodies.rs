@@ -2,7 +2,7 @@
 
 use crate::models::{Geometry, Model};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
-use crate::scene::limits::{Limit, NAME_BYTES};
+use crate::scene::limits::{Limit, MAGNITUDE, NAME_BYTES};
 use crate::scene::named::Named;
 use glam::DMat4;
 
@@ -47,7 +47,7 @@ fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> M
     // The origin of a scene's coordinates is the lower left corner of the picture.
     let flipped = |uvs: Option<Vec<[f64; 2]>>| {
         uvs.map(|mut uvs| {
-            uvs.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
+            uvs.iter_mut().for_each(|uv| *uv = [uv[0], 1.0 - uv[1]].map(|x| x.clamp(-MAGNITUDE, MAGNITUDE)));
             uvs
         })
     };

@@ -47,7 +47,8 @@ pub(super) fn lights(
 ) -> LitBy {
     let middle = DVec3::from_array(camera.view().look_at);
     let choice = options.light.unwrap_or_default();
-    let has_lamps = !lamps.is_empty();
+    // Programs write lamps that are switched off, too.
+    let has_lamps = lamps.iter().any(|lamp| strength(lamp) > 0.0);
     let own = choice != LightChoice::Studio && (has_lamps || choice == LightChoice::File);
     if !own {
         return LitBy {
@@ -58,7 +59,7 @@ pub(super) fn lights(
         };
     }
     if !has_lamps {
-        let detail = "light=file shines with the lamps of the file, which has none: only what glows is seen; light=studio lights it";
+        let detail = "light=file shines with the lamps of the file, which has none that shines: only what glows is seen; light=studio lights it";
         warn(warnings, Subject::Assumed, "no-lamps", detail.to_owned());
     }
     if lamps.iter().any(|lamp| matches!(lamp.kind, LampKind::Spot { .. })) {

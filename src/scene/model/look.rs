@@ -7,7 +7,7 @@ use crate::scene::check::is_closed;
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
 };
-use crate::scene::limits::{MAGNITUDE, NAME_BYTES};
+use crate::scene::limits::{MAGNITUDE, NAME_BYTES, SMALLEST_LENGTH};
 use crate::scene::named::Named;
 use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;
@@ -22,6 +22,7 @@ pub(super) fn materials(
     prefix: &str,
     warnings: &mut Vec<Warning>,
 ) -> (Named<Material>, Vec<String>, PictureNames) {
+    lay_pictures(model, warnings);
     let open = open_volumes(model, warnings);
     let pictures = std::mem::take(&mut model.pictures);
     let sources: Vec<String> = pictures.iter().map(source).collect();
@@ -41,6 +42,25 @@ pub(super) fn materials(
     }
     note(model, warnings);
     (named, names, pictures)
+}
+
+/// Gives meshes without the texture coordinates of a picture those of its corner, as WebGL does.
+fn lay_pictures(model: &mut Model, warnings: &mut Vec<Warning>) {
+    let mut any = false;
+    for placement in &model.placements {
+        let textures = placement.material.into_iter().flat_map(|index| model.materials[index].textures());
+        let geometry = &mut model.geometries[placement.geometry];
+        for texture in textures {
+            geometry.uvs[texture.uv].get_or_insert_with(|| {
+                any = true;
+                vec![[0.0; 2]; geometry.positions.len()]
+            });
+        }
+    }
+    if any {
+        let detail = "meshes without texture coordinates show one pixel of their picture, that at its corner";
+        warnings.push(warning(Subject::Approximated, "no-texture-coordinates", detail));
+    }
 }
 
 /// Whether nothing in the model asks for light: then its colours are what the picture is to show.
@@ -83,29 +103,35 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
     };
     let within = |factor: [f64; 3], most: f64| factor.map(|channel| channel.min(most));
     let map = |(texture, factor): (Texture, f64)| Box::new(textured(factor, texture, None, sources));
+    // Beyond that all of them lie flat.
+    let bumps = |(texture, scale): (Texture, f64)| map((texture, scale.clamp(-100.0, 100.0)));
     let transmits = material.transmission.factor > 0.0;
     let coat = material.clearcoat.as_ref();
     Pbr {
         base_color: color(within(material.base_color.factor, 1.0), material.base_color.texture),
         metallic: number(&material.metallic, TexelChannel::B),
         roughness: number(&material.roughness, TexelChannel::G),
-        normal: material.normal.map(map),
+        normal: material.normal.map(bumps),
         occlusion: material.occlusion.map(|(texture, strength)| map((texture, strength.clamp(0.0, 1.0)))),
-        emissive: color(material.emissive.factor, material.emissive.texture),
+        // The darkest film shows what is brighter as white.
+        emissive: color(within(material.emissive.factor, MAGNITUDE), material.emissive.texture),
         opacity: opacity(material, sources),
         transmission: number(&material.transmission, TexelChannel::R),
         thin: transmits && (!material.has_volume || is_open),
         ior: material.ior.clamp(1.0, 100.0),
         specular: number(&material.specular, TexelChannel::A),
         specular_color: color(within(material.specular_color.factor, MAGNITUDE), material.specular_color.texture),
-        attenuation: material.attenuation.filter(|_| transmits).map(|attenuation| d::Attenuation {
-            color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
-            distance: attenuation.distance,
+        // Over more than that nothing is lost that could be seen: programs write the largest number for a clear body.
+        attenuation: material.attenuation.filter(|it| transmits && it.distance <= MAGNITUDE).map(|attenuation| {
+            d::Attenuation {
+                color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
+                distance: attenuation.distance.max(SMALLEST_LENGTH),
+            }
         }),
         dispersion: material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)),
         clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
-        clearcoat_normal: coat.and_then(|coat| coat.normal).map(map),
+        clearcoat_normal: coat.and_then(|coat| coat.normal).map(bumps),
         unlit: material.unlit,
         shadow_catcher: false,
         edge_fade: 0.0,
@@ -177,6 +203,15 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 
 /// Notes what scenes cannot say.
 fn note(model: &Model, warnings: &mut Vec<Warning>) {
+    let is_invisible = |material: &ModelMaterial| material.alpha == Alpha::Blend && material.opacity <= 0.0;
+    if model.placements.iter().all(|it| it.material.is_some_and(|index| is_invisible(&model.materials[index]))) {
+        let detail = "nothing is seen: all materials have an opacity of 0, as Tr 1 and d 0 of MTL say";
+        warnings.push(warning(Subject::Skipped, "invisible", detail));
+    }
+    if model.materials.iter().any(|material| material.base_color.factor.iter().any(|channel| *channel > 1.0)) {
+        let detail = "colors above 1 are taken as 1: they go from 0 to 1, not to 255";
+        warnings.push(warning(Subject::Approximated, "colors", detail));
+    }
     if model.materials.iter().any(|material| material.unlit) && !is_unlit(model) {
         let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
         warnings.push(warning(Subject::Approximated, "unlit", detail));
@@ -193,7 +228,8 @@ pub(super) fn without_rays(model: &Model) -> Vec<Warning> {
     }
     let most = materials.iter().flat_map(|material| material.emissive.factor).fold(0.0, f64::max);
     if most > 1.0 {
-        let detail = format!("bodies that glow (up to {most:.1}) light nothing else, unless fidelity is faithful");
+        let most = if most < 1e6 { format!("{most:.1}") } else { format!("{most:e}") };
+        let detail = format!("bodies that glow (up to {most}) light nothing else, unless fidelity is faithful");
         warnings.push(warning(Subject::NotSimulated, "emissive-light", &detail));
     }
     warnings

@@ -2,6 +2,7 @@
 //! [`Description`], so that every default can be seen and changed.
 
 mod bodies;
+mod flat;
 mod framing;
 mod lamps;
 mod look;
@@ -165,6 +166,7 @@ fn read_upright(
     let model = models::read(format, bytes, parts, options.choice());
     let mut model = model.map_err(|faults| problems::located(format, bytes, faults))?;
     unless_cancelled()?;
+    flat::set_apart(&mut model);
     let is_z_up = match options.up {
         Some(up) => {
             model.warnings.retain(|warning| !warning.what.starts_with("up-"));

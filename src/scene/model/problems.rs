@@ -1,10 +1,9 @@
 //! Faults of models as problems of scenes, with their places.
 
-use super::bodies::shortened;
 use crate::models::{Fault, Faults, Kind, ModelFormat, Place, Warning, gltf};
 use crate::scene::Problems;
 use crate::scene::description::{Fidelity, ImportWarning};
-use crate::scene::limits::IMPORT_WARNING_BYTES;
+use crate::scene::limits::IMPORT_WARNING_CHARACTERS;
 use crate::scene::locate::{innermost, locate, place};
 use crate::scene::problem::{Code, Problem};
 
@@ -64,6 +63,6 @@ fn code(kind: Kind) -> Code {
 
 /// A warning as the scene keeps it, which holds for one fidelity or for each.
 pub(super) fn of_warning(warning: &Warning, fidelity: Option<Fidelity>) -> ImportWarning {
-    let detail = shortened(&warning.to_string(), IMPORT_WARNING_BYTES);
+    let detail = warning.to_string().chars().take(IMPORT_WARNING_CHARACTERS.max as usize).collect();
     ImportWarning { code: warning.subject, detail, fidelity }
 }

@@ -6,8 +6,8 @@ use strahl::film::{Display, Film, Region, ToneMapping};
 use strahl::math;
 use strahl::models::{Choice, Model, ModelFormat, read};
 use strahl::render::{Control, render};
-use strahl::scene::description::Object;
-use strahl::scene::model::{Imported, ModelOptions, import};
+use strahl::scene::description::{Light, Object};
+use strahl::scene::model::{Imported, LightChoice, ModelOptions, import};
 use strahl::scene::{Format, NoFiles, Overrides, load};
 
 const SIDE: u32 = 96;
@@ -249,6 +249,42 @@ fn lamps_of_the_file_keep_their_colours_beside_the_studio() {
     assert!(seen.codes.iter().filter(|code| colorful(**code)).count() > 200);
 }
 
+/// KHR_lights_punctual: a lamp shines along the node's -z, and scale is "ignored except for its effect on position and orientation".
+#[test]
+fn lamps_of_mirrored_nodes_shine_where_their_minus_z_points() {
+    let spot = |node: Value| {
+        let mut node = node;
+        if node.get("matrix").is_none() {
+            node["translation"] = json!([0, 0, 2]);
+        }
+        node["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        let more = json!({
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "spot", "intensity": 100 }] } },
+            "nodes": [{ "mesh": 0 }, node],
+            "scenes": [{ "nodes": [0, 1] }]
+        });
+        let model = ModelOptions { light: Some(LightChoice::File), ..overrides("front").model };
+        let overrides = Overrides { model, ..overrides("front") };
+        let bytes = quads(&[(FRONT, matte([0.8; 3]))], more);
+        let Light::Spot(light) = imported(&bytes, ModelFormat::Gltf, &overrides).description.lights[0] else {
+            panic!("a spot");
+        };
+        (light.direction, light.outer_deg, seen(&bytes, Format::Gltf, &overrides).middle()[0] > 50)
+    };
+    let (towards, away) = (([0.0, 0.0, -1.0], 45.0, true), ([0.0, 0.0, 1.0], 45.0, false));
+    for (node, wanted) in [
+        (json!({}), towards),
+        (json!({ "scale": [-1, 3, 0.5] }), towards),
+        (json!({ "scale": [1, 1, -1] }), away),
+        (json!({ "rotation": [0, 1, 0, 0] }), away),
+        (json!({ "rotation": [0, 1, 0, 0], "scale": [1, 1, -2] }), towards),
+        (json!({ "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 2, 1] }), away),
+    ] {
+        assert_eq!(spot(node.clone()), wanted, "{node}");
+    }
+}
+
 /// A prism around the y axis with so many sides, and a file's first line.
 fn prism(sides: u32, first: &str) -> Model {
     let mut text = format!("{first}\n");
@@ -290,12 +326,12 @@ fn obj_without_normals_is_smooth_up_to_creases() {
 fn models_that_cannot_be_seen_are_refused_as_models() {
     let point = b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n";
     let huge = b"v 0 0 0\nv 3e70 0 0\nv 0 1 0\nf 1 2 3\n";
-    for bytes in [point.as_slice(), huge] {
+    for (bytes, why) in [(point.as_slice(), "nothing to see"), (huge, "units large")] {
         let problems = import(ModelFormat::Obj, bytes, &Overrides::default(), &NoFiles).unwrap_err();
         assert!(problems.0.len() == 1 && problems.0[0].pointer.is_empty(), "{problems}");
-        assert!(problems.to_string().contains("units large"), "{problems}");
+        assert!(problems.to_string().contains(why), "{problems}");
     }
-    let options = ModelOptions { light: Some(strahl::scene::model::LightChoice::File), ..ModelOptions::default() };
+    let options = ModelOptions { light: Some(LightChoice::File), ..ModelOptions::default() };
     let dark = Overrides { model: options, ..Overrides::default() };
     assert!(warns(&imported(CUBE, ModelFormat::Obj, &dark), "assumed: no-lamps"));
 }

@@ -2,6 +2,7 @@
 
 use super::files::format_of;
 use crate::common::read as file;
+use serde_json::json;
 use std::collections::HashMap;
 use strahl::models::ModelFormat;
 use strahl::scene::description::Object;
@@ -33,6 +34,20 @@ fn the_printed_scene_is_the_model() {
         let direct = load(&bytes, Format::Gltf, &Overrides::default()).unwrap();
         assert_eq!(again.description, direct.description, "{name}");
     }
+}
+
+/// As many characters as the schema allows, of two bytes each.
+#[test]
+fn warnings_of_a_scene_are_counted_in_characters() {
+    let scene = |characters: usize| {
+        let mut scene = serde_json::to_value(imported("Box.glb", ModelOptions::default()).description).unwrap();
+        scene["import_warnings"] = json!([{ "code": "assumed", "detail": "é".repeat(characters) }]);
+        load(scene.to_string().as_bytes(), Format::Json, &Overrides::default())
+    };
+    assert_eq!(scene(1_024).unwrap().description.import_warnings[0].detail.chars().count(), 1_024);
+    let problems = scene(1_025).unwrap_err();
+    assert!(problems.0[0].pointer == "/import_warnings/0/detail", "{problems}");
+    assert!(problems.to_string().contains("import_warning_characters"), "{problems}");
 }
 
 #[test]

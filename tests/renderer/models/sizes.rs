@@ -1,9 +1,12 @@
 //! Models of all sizes are the same picture, though scenes have smallest lengths and largest numbers.
 
 use super::look::{CUBE, FRONT, Seen, imported, matte, overrides, quads, seen};
-use serde_json::json;
+use data_encoding::BASE64;
+use serde_json::{Value, json};
 use strahl::models::ModelFormat;
-use strahl::scene::Format;
+use strahl::scene::description::Camera;
+use strahl::scene::model::ModelOptions;
+use strahl::scene::{Format, Overrides};
 
 /// An OBJ file that is 2^`power` times as large as the cube.
 fn cube(power: i32) -> Vec<u8> {
@@ -62,6 +65,54 @@ fn lamps_of_models_of_all_sizes_shine_on_them() {
         let other = seen(&lit_squares(power), Format::Gltf, &overrides("front"));
         assert_eq!(usual.opaque(), other.opaque(), "2^{power}");
         assert!(differ(&usual, &other) <= 1, "2^{power}: {}", differ(&usual, &other));
+    }
+}
+
+/// Squares before a camera and a lamp of the file, all of which an animation makes ten times as large in ten seconds.
+fn growing_squares() -> Vec<u8> {
+    let mut file: Value = serde_json::from_slice(&lit_squares(18)).unwrap();
+    let data: Vec<u8> = [0.0_f32, 10.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    let uri = format!("data:application/octet-stream;base64,{}", BASE64.encode(&data));
+    let mut add = |list: &str, element: Value| {
+        let list = file[list].as_array_mut().unwrap();
+        list.push(element);
+        list.len() - 1
+    };
+    let buffer = add("buffers", json!({ "byteLength": data.len(), "uri": uri }));
+    let times = add("bufferViews", json!({ "buffer": buffer, "byteLength": 8 }));
+    let sizes = add("bufferViews", json!({ "buffer": buffer, "byteOffset": 8, "byteLength": 24 }));
+    let of = |view: usize, kind: &str| json!({ "bufferView": view, "componentType": 5126, "count": 2, "type": kind });
+    let (input, output) = (add("accessors", of(times, "SCALAR")), add("accessors", of(sizes, "VEC3")));
+    let camera = add("nodes", json!({ "translation": [0, 0, 1 << 20], "camera": 0 }));
+    let all = add("nodes", json!({ "children": [0, 1, 2, camera] }));
+    file["scenes"] = json!([{ "nodes": [all] }]);
+    file["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 1 } }]);
+    file["animations"] = json!([{
+        "channels": [{ "sampler": 0, "target": { "node": all, "path": "scale" } }],
+        "samplers": [{ "input": input, "output": output }]
+    }]);
+    file.to_string().into_bytes()
+}
+
+/// While a model grows it passes the size from which it is scaled, and is scaled otherwise each time that it is twice as large.
+#[test]
+fn growing_models_do_not_jump_when_they_are_scaled() {
+    let bytes = growing_squares();
+    let at = |t: f64| {
+        let model = ModelOptions { camera: Some(0), t: Some(t), ..overrides("front").model };
+        let overrides = Overrides { model, ..overrides("front") };
+        let description = imported(&bytes, ModelFormat::Gltf, &overrides).description;
+        let Camera::Pinhole(camera) = description.camera else { panic!("a pinhole camera") };
+        (seen(&bytes, Format::Gltf, &overrides), camera.eye[2])
+    };
+    let frames: Vec<_> = (0..=100).map(|i| at(f64::from(i) / 10.0)).collect();
+    let falls = frames.windows(2).filter(|pair| pair[1].1 < 0.75 * pair[0].1).count();
+    assert!(falls >= 2, "the scale changes {falls} times");
+    for (i, pair) in frames.windows(2).enumerate() {
+        let [(a, _), (b, _)] = pair else { panic!("two frames") };
+        assert!(a.opaque() > 1_000 && a.opaque() == b.opaque(), "frame {i}: {} {}", a.opaque(), b.opaque());
+        // The lamp does not grow with all else, so it pales.
+        assert!(differ(a, b) <= 12, "frame {i}: {}", differ(a, b));
     }
 }
 

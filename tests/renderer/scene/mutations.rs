@@ -1,9 +1,8 @@
-//! 100,000 random mutations of valid scenes: no panic, no hang, and every refusal says where.
+//! 100,000 random mutations of valid scenes: no panic, and every refusal says where. One that hangs would never let the test end.
 
 use crate::common::{Random, on_own_threads, read};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::render::{Control, render};
 use strahl::scene::model::ModelOptions;
@@ -111,7 +110,6 @@ fn mutate_bytes(random: &mut Random, text: &mut Vec<u8>) {
 
 fn check(text: &[u8], format: Format) {
     let show = || String::from_utf8_lossy(text).into_owned();
-    let start = Instant::now();
     // As the scene is, only to be accepted or refused; then small enough to be rendered, too.
     if let Err(problems) = load(text, format, &Overrides::default()) {
         assert!(!problems.0.is_empty(), "refused without a reason: {}", show());
@@ -130,8 +128,6 @@ fn check(text: &[u8], format: Format) {
             }
         }
     }
-    // A hang would be minutes; a loaded machine may take seconds.
-    assert!(start.elapsed() < Duration::from_secs(60), "{}", show());
 }
 
 #[test]

@@ -861,7 +861,7 @@ class ImportWarning(TypedDict):
 
     # What happens to it.
     code: ImportWarningCode
-    # One sentence, of at most 1024 bytes.
+    # One sentence, of at most 1024 characters.
     detail: str
     # The fidelity that it holds for. Default: each.
     fidelity: NotRequired[Fidelity | None]

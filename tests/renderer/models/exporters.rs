@@ -1,0 +1,131 @@
+//! What hurried people and careless exporters write is shown, not refused with a pointer into a scene that nobody wrote.
+
+use super::look::{CUBE, FRONT, imported, matte, overrides, quads, seen};
+use image::{ImageFormat, RgbaImage};
+use serde_json::{Value, json};
+use std::io::Cursor;
+use strahl::models::ModelFormat;
+use strahl::scene::description::Object;
+use strahl::scene::model::{Imported, import};
+use strahl::scene::{Files, Format, NoFiles, Overrides, load_with};
+
+fn warnings(imported: &Imported) -> Vec<String> {
+    imported.description.import_warnings.iter().map(|warning| warning.detail.clone()).collect()
+}
+
+fn warned(bytes: &[u8], what: &str) -> bool {
+    warnings(&imported(bytes, ModelFormat::Gltf, &overrides("front"))).iter().any(|detail| detail.starts_with(what))
+}
+
+/// A library of materials, and a picture that is green at its upper left and red everywhere else.
+struct Beside(&'static str);
+
+impl Files for Beside {
+    fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        if name == "a.mtl" {
+            return Ok(self.0.into());
+        }
+        let color = |x, y| if x + y == 0 { [0, 255, 0, 255] } else { [255, 0, 0, 255] };
+        let mut png = Vec::new();
+        let picture = RgbaImage::from_fn(8, 8, |x, y| image::Rgba(color(x, y)));
+        picture.write_to(&mut Cursor::new(&mut png), ImageFormat::Png).map_err(|error| error.to_string())?;
+        Ok(png)
+    }
+}
+
+fn obj(lines: &str) -> Vec<u8> {
+    [b"mtllib a.mtl\nusemtl a\n", CUBE, lines.as_bytes()].concat()
+}
+
+#[test]
+fn pictures_on_meshes_without_texture_coordinates_are_their_corner() {
+    let files = Beside("newmtl a\nKd 1 1 1\nmap_Kd a.png\nmap_Pr a.png\nnorm a.png\n");
+    let loaded = load_with(&obj(""), Format::Obj, &overrides("front"), &files).unwrap();
+    let Object::Mesh(mesh) = &loaded.description.objects[0] else { panic!("a mesh") };
+    assert!(mesh.uvs.iter().flatten().all(|uv| *uv == [0.0, 1.0]), "{:?}", mesh.uvs);
+    let said = loaded.scene.warnings.iter().any(|it| it.detail.starts_with("approximated: no-texture-coordinates"));
+    assert!(said, "{:?}", loaded.scene.warnings);
+    let whole = load_with(&obj("vt 0 1\nf 1/1 2/1 3/1\n"), Format::Obj, &overrides("front"), &files).unwrap();
+    assert!(!whole.scene.warnings.iter().any(|it| it.detail.contains("texture-coordinates")));
+}
+
+#[test]
+fn numbers_of_vertices_without_measure_are_shown() {
+    for lines in ["vt 1e20 -1e300\nf 1/1 2/1 3/1\n", "vn 1e200 0 0\nf 1//1 2//1 3//1\n"] {
+        let bytes = [CUBE, lines.as_bytes()].concat();
+        assert!(seen(&bytes, Format::Obj, &overrides("three_quarter")).opaque() > 1_000, "{lines}");
+    }
+}
+
+/// A square at each of some nodes.
+fn squares(nodes: Value) -> Vec<u8> {
+    let all: Vec<usize> = (0..nodes.as_array().unwrap().len()).collect();
+    quads(&[(FRONT, matte([0.8; 3]))], json!({ "nodes": nodes, "scenes": [{ "nodes": all }] }))
+}
+
+/// Animations hide nodes so.
+#[test]
+fn what_a_scale_of_zero_hides_is_not_there() {
+    let alone = imported(&squares(json!([{ "mesh": 0 }])), ModelFormat::Gltf, &overrides("front")).description;
+    let hidden = json!({ "mesh": 0, "scale": [0, 0, 0], "translation": [5, 0, 0], "rotation": [0, 0.6, 0, 0.8] });
+    let beside = squares(json!([{ "mesh": 0 }, hidden]));
+    assert_eq!(imported(&beside, ModelFormat::Gltf, &overrides("front")).description, alone);
+    let nothing = import(ModelFormat::Gltf, &squares(json!([hidden])), &Overrides::default(), &NoFiles).unwrap_err();
+    assert!(nothing.to_string().contains("nothing to see"), "{nothing}");
+    // Faces of which none has three corners are no body of their own.
+    let bytes = obj("usemtl b\nv 9 9 9\nv 9 9 9\nv 9 9 9\nf -1 -2 -3\n");
+    let files = Beside("newmtl a\nnewmtl b\n");
+    let loaded = load_with(&bytes, Format::Obj, &overrides("front"), &files).unwrap();
+    assert_eq!(loaded.description.objects.len(), 1, "the cube alone");
+}
+
+#[test]
+fn what_stands_flat_in_one_of_several_places_is_seen() {
+    let flat = json!({ "mesh": 0, "scale": [1, 1, 0], "translation": [4, 0, 0] });
+    let several = |nodes: Value| seen(&squares(nodes), Format::Gltf, &overrides("front")).opaque();
+    let plain = several(json!([{ "mesh": 0 }, { "mesh": 0, "translation": [4, 0, 0] }]));
+    assert!(plain > 1_000);
+    assert_eq!(several(json!([{ "mesh": 0 }, flat])), plain);
+    assert_eq!(several(json!([{ "mesh": 0, "scale": [1, 1, 0] }, flat])), plain);
+    let many: Vec<Value> = (0..3).map(|i| json!({ "mesh": 0, "translation": [4 * i, 0, 0] })).collect();
+    let mut and_flat = many.clone();
+    and_flat.push(json!({ "mesh": 0, "scale": [1, 1, 0], "translation": [4, 0, 0] }));
+    assert_eq!(several(json!(and_flat)), several(json!(many)));
+}
+
+#[test]
+fn lamps_that_are_switched_off_leave_the_studio_on() {
+    let lit = |lamp: Value| {
+        let more = json!({
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": { "KHR_lights_punctual": { "lights": [lamp] } },
+            "nodes": [{ "mesh": 0 }, { "translation": [0, 0, 2], "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
+            "scenes": [{ "nodes": [0, 1] }]
+        });
+        imported(&quads(&[(FRONT, matte([0.8; 3]))], more), ModelFormat::Gltf, &overrides("front")).description
+    };
+    let studio = imported(&squares(json!([{ "mesh": 0 }])), ModelFormat::Gltf, &overrides("front")).description;
+    assert_eq!(lit(json!({ "type": "point", "intensity": 0 })), studio);
+    assert_eq!(lit(json!({ "type": "spot", "color": [0, 0, 0] })), studio);
+    assert_ne!(lit(json!({ "type": "point" })), studio);
+}
+
+#[test]
+fn colors_to_255_and_models_that_nobody_sees_are_said() {
+    let with = |color: Value, mode: &str| {
+        let material = json!({ "pbrMetallicRoughness": { "baseColorFactor": color }, "alphaMode": mode });
+        quads(&[(FRONT, material)], json!({}))
+    };
+    for (color, mode, what, is_said) in [
+        (json!([200, 50, 0, 1]), "OPAQUE", "approximated: colors", true),
+        (json!([1, 0.5, 0, 1]), "OPAQUE", "approximated: colors", false),
+        (json!([1, 1, 1, 0]), "BLEND", "skipped: invisible", true),
+        (json!([1, 1, 1, 0.1]), "BLEND", "skipped: invisible", false),
+        (json!([1, 1, 1, 0]), "OPAQUE", "skipped: invisible", false),
+    ] {
+        assert_eq!(warned(&with(color.clone(), mode), what), is_said, "{color} {mode}");
+    }
+    let files = Beside("newmtl a\nTr 1\n");
+    let gone = import(ModelFormat::Obj, &obj(""), &overrides("front"), &files).unwrap();
+    assert!(warnings(&gone).iter().any(|detail| detail.starts_with("skipped: invisible")), "{:?}", warnings(&gone));
+}

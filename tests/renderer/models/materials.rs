@@ -1,0 +1,90 @@
+//! Materials of glTF files: extensions that do nothing, and numbers that scenes do not take.
+
+use super::look::{FRONT, imported, matte, overrides, quads};
+use serde_json::{Value, json};
+use strahl::models::ModelFormat;
+use strahl::scene::description::{Channel, Pbr};
+use strahl::scene::model::import;
+use strahl::scene::problem::Code;
+use strahl::scene::{Format, NoFiles, Overrides, load};
+
+/// A square whose material has an extension.
+fn square(name: &str, extension: Value) -> Vec<u8> {
+    let mut material = matte([0.8, 0.4, 0.2]);
+    material["extensions"] = json!({ name: extension });
+    quads(&[(FRONT, material)], json!({ "extensionsUsed": [name] }))
+}
+
+fn warnings(bytes: &[u8]) -> Vec<String> {
+    let description = imported(bytes, ModelFormat::Gltf, &overrides("front")).description;
+    description.import_warnings.into_iter().map(|warning| warning.detail).collect()
+}
+
+#[test]
+fn extensions_that_do_nothing_are_not_warned_of() {
+    for (name, idle, active) in [
+        ("KHR_materials_sheen", json!({ "sheenRoughnessFactor": 0.5 }), json!({ "sheenColorFactor": [0, 0, 0.1] })),
+        ("KHR_materials_iridescence", json!({ "iridescenceIor": 1.8 }), json!({ "iridescenceFactor": 0.1 })),
+        ("KHR_materials_anisotropy", json!({ "anisotropyRotation": 1 }), json!({ "anisotropyStrength": 0.1 })),
+        (
+            "KHR_materials_diffuse_transmission",
+            json!({ "diffuseTransmissionColorFactor": [1, 0, 0] }),
+            json!({ "diffuseTransmissionFactor": 0.1 }),
+        ),
+    ] {
+        for nothing in [json!({}), idle] {
+            assert_eq!(warnings(&square(name, nothing)), [""; 0], "{name}");
+        }
+        let warned = warnings(&square(name, active));
+        assert!(matches!(warned.as_slice(), [only] if only.starts_with("not-simulated: ")), "{name}: {warned:?}");
+    }
+    for nothing in [json!({}), json!({ "thicknessFactor": 0, "attenuationColor": [1, 0, 0] })] {
+        assert_eq!(warnings(&square("KHR_materials_volume", nothing)), [""; 0]);
+    }
+}
+
+/// Of the file, where they are written: the scene's own pointers lead nowhere in it.
+#[test]
+fn transforms_beyond_all_numbers_are_refused_where_they_are_written() {
+    for (key, far) in [("scale", json!([1e300, 1])), ("offset", json!([0, -1e16]))] {
+        let info = json!({ "index": 0, "extensions": { "KHR_texture_transform": { key: far } } });
+        let material = json!({ "pbrMetallicRoughness": { "baseColorTexture": info } });
+        let more = json!({
+            "extensionsUsed": ["KHR_texture_transform"],
+            "textures": [{ "source": 0 }],
+            "images": [{ "uri": "data:image/png;base64,iVBORw0KGgo=" }]
+        });
+        let bytes = quads(&[(FRONT, material)], more);
+        let problem = &import(ModelFormat::Gltf, &bytes, &Overrides::default(), &NoFiles).unwrap_err().0[0];
+        let pointer = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform";
+        assert_eq!((problem.pointer.as_str(), problem.code), (pointer, Code::OutOfRange), "{problem}");
+        assert!(problem.line.is_some(), "{problem}");
+    }
+}
+
+/// Programs write the largest number there is for a distance without end, and powers of watts for lamps.
+#[test]
+fn numbers_that_are_too_large_look_like_the_largest() {
+    let pbr = |extensions: Value| -> Pbr {
+        let mut material = matte([0.8; 3]);
+        material["emissiveFactor"] = json!([1, 0.5, 0]);
+        let used: Vec<&String> = extensions.as_object().unwrap().keys().collect();
+        let more = json!({ "extensionsUsed": used });
+        material["extensions"] = extensions.clone();
+        let bytes = quads(&[(FRONT, material)], more);
+        let loaded = load(&bytes, Format::Gltf, &Overrides::default()).unwrap_or_else(|problems| panic!("{problems}"));
+        *loaded.description.materials["material"].pbr.clone().unwrap()
+    };
+    let glow = pbr(json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 1e300 } }));
+    let Channel::Value(color) = glow.emissive else { panic!("{glow:?}") };
+    assert_eq!(color.0.to_array(), [1e15, 1e15, 0.0]);
+    let clear = |distance: f64| {
+        pbr(json!({
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1, "attenuationColor": [0.5, 1, 1], "attenuationDistance": distance }
+        }))
+    };
+    assert!(clear(f64::from(f32::MAX)).attenuation.is_none());
+    assert_eq!(clear(1e-30).attenuation.unwrap().distance, 1e-15);
+    assert_eq!(clear(3.0).attenuation.unwrap().distance, 3.0);
+}
