@@ -179,11 +179,17 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// What the omitted and the deferred rays of a packet can see of a transparent background.
     #[inline(never)]
     pub(super) fn unseen_with_deferred(&self, certificate: &Certificate<L>) -> L {
-        let mut unseen = certificate.unseen;
-        for (lanes, weight, depth) in certificate.deferred.weights_of_straight() {
-            unseen = L::select(L::mask(self.s, lanes), unseen + self.clear_bound(weight, depth), unseen);
-        }
-        unseen
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                let mut unseen = certificate.unseen;
+                for (lanes, weight, depth) in certificate.deferred.weights_of_straight() {
+                    unseen = L::select(L::mask(self.s, lanes), unseen + self.clear_bound(weight, depth), unseen);
+                }
+                unseen
+            },
+        )
     }
 
     /// The relative error of the sum of a sample with some rays.
@@ -210,10 +216,16 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// How much each sample sees of the background.
     #[inline(never)]
     fn store_clear(&mut self, sum: &PixelSum<L>, clear: &mut [f64; BATCH]) {
-        for packet in 0..self.proof.packets() {
-            let sum = if packet == self.proof.packet { sum } else { &self.proof.waiting[packet].sum };
-            sum.store_clear(clear, packet * L::COUNT);
-        }
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                for packet in 0..self.proof.packets() {
+                    let sum = if packet == self.proof.packet { sum } else { &self.proof.waiting[packet].sum };
+                    sum.store_clear(clear, packet * L::COUNT);
+                }
+            },
+        );
     }
 
     #[inline(never)]
