@@ -1,6 +1,6 @@
 //! Angles of points, by operations that round alike on every machine.
 
-use super::{Lanes, Mask};
+use super::Lanes;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// atan(z) = z + z z^2 P(z^2) / Q(z^2) for |z| <= 0.66, off by at most two roundings of f64 (Moshier, Methods and Programs for

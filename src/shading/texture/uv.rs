@@ -4,7 +4,6 @@
 //! (Mikkelsen, Surface Gradient-Based Bump Mapping Framework, JCGT 9(3), 2020).
 
 use crate::lanes::{Double, V3, angle};
-use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -40,12 +40,12 @@ fn obj(lines: &str) -> Vec<u8> {
 #[test]
 fn pictures_on_meshes_without_texture_coordinates_are_their_corner() {
     let files = Beside("newmtl a\nKd 1 1 1\nmap_Kd a.png\nmap_Pr a.png\nnorm a.png\n");
-    let loaded = load_with(&obj(""), Format::Obj, &overrides("front"), &files).unwrap();
+    let loaded = load_with(obj(""), Format::Obj, &overrides("front"), &files).unwrap();
     let Object::Mesh(mesh) = &loaded.description.objects[0] else { panic!("a mesh") };
     assert!(mesh.uvs.iter().flatten().all(|uv| *uv == [0.0, 1.0]), "{:?}", mesh.uvs);
     let said = loaded.scene.warnings.iter().any(|it| it.detail.starts_with("approximated: no-texture-coordinates"));
     assert!(said, "{:?}", loaded.scene.warnings);
-    let whole = load_with(&obj("vt 0 1\nf 1/1 2/1 3/1\n"), Format::Obj, &overrides("front"), &files).unwrap();
+    let whole = load_with(obj("vt 0 1\nf 1/1 2/1 3/1\n"), Format::Obj, &overrides("front"), &files).unwrap();
     assert!(!whole.scene.warnings.iter().any(|it| it.detail.contains("texture-coordinates")));
 }
 
