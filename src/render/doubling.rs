@@ -208,8 +208,9 @@ impl<R: KernelFormat> Patch<'_, R> {
             [over_black, if world.transparent { half_over_white() } else { over_black }]
         };
         let difference = |at: &[u32; 2]| {
-            let mean = sums[around.index(*at)].mean();
-            let [all, half] = [(mean.light, mean.clear), (mean.halves[0], mean.clear_of_half)].map(codes);
+            let sums = &sums[around.index(*at)];
+            let (mean, [clear, clear_of_half]) = (sums.mean(), sums.clear());
+            let [all, half] = [(mean.light, clear), (mean.halves[0], clear_of_half)].map(codes);
             (all, apart(all, half))
         };
         let differences: Vec<([[f32; 3]; 2], f32)> = at.par_iter().with_min_len(1 << 10).map(difference).collect();
@@ -242,7 +243,7 @@ impl<R: KernelFormat> Patch<'_, R> {
         let mut bounded = Vec::new();
         for at in self.wanted.iter() {
             let sums = &self.sums[self.around.index(at)];
-            show_pixel(&self.job, at, &sums.mean(), &mut out, &mut bounded);
+            show_pixel(&self.job, at, sums, &mut out, &mut bounded);
             let likely = self.likely[self.around.index(at)];
             out.widths.push((2.0 * likely).ceil() as u8);
             let most = sums.samples;

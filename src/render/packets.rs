@@ -106,7 +106,7 @@ pub(super) fn trace_with<L: Lanes, V: Variant>(
     tracer.lane_counts = job.measured.then(Box::default);
     let mut hits = Hits::none(s);
     let mut bounded = Vec::new();
-    let mut sums = SampleSums::new(samples);
+    let mut sums = SampleSums::new(samples, job.world.transparent);
     for pixels in at.chunks(PIXELS) {
         let started = job.watched.then(ThreadTime::start);
         let mut counts = LaneCounts::default();
@@ -155,13 +155,13 @@ fn show_pixels<R: Real>(
         }
     }
     if job.world.transparent {
-        out.alpha.extend((0..pixels.len()).map(|pixel| sums.mean(pixel).alpha()));
+        out.alpha.extend((0..pixels.len()).map(|pixel| sums.pixel(pixel).alpha()));
     }
     for pixel in lanes_of(sums.incomplete()) {
-        let mean = sums.mean(pixel);
-        let (shown, highest) = show_bounded(job, &mean);
+        let sums = sums.pixel(pixel);
+        let (shown, highest) = show_bounded(job, &sums.mean());
         out.pixels[first + pixel] = shown;
-        bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha: mean.least_alpha() });
+        bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha: least_alpha(job, &sums) });
     }
 }
 
@@ -169,19 +169,25 @@ fn show_pixels<R: Real>(
 pub(super) fn show_pixel<R: Real>(
     job: &TraceJob<'_, R>,
     at: [u32; 2],
-    mean: &PixelMean,
+    sums: &PixelSums,
     out: &mut Traced,
     bounded: &mut Vec<BoundedPixel>,
 ) {
     if job.world.transparent {
-        out.alpha.push(mean.alpha());
+        out.alpha.push(sums.alpha());
     }
+    let mean = sums.mean();
     if !mean.is_incomplete() {
         return out.pixels.push(mean.light.map(|channel| channel as f32));
     }
-    let (shown, highest) = show_bounded(job, mean);
+    let (shown, highest) = show_bounded(job, &mean);
     out.pixels.push(shown);
-    bounded.push(BoundedPixel { at, highest, least_alpha: mean.least_alpha() });
+    bounded.push(BoundedPixel { at, highest, least_alpha: least_alpha(job, sums) });
+}
+
+/// The least alpha of a pixel that may miss light; 0 where the background is opaque.
+fn least_alpha<R: Real>(job: &TraceJob<'_, R>, sums: &PixelSums) -> f32 {
+    if job.world.transparent { sums.least_alpha() } else { 0.0 }
 }
 
 /// What is shown of a pixel that may miss light, and its upper bound.

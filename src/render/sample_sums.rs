@@ -79,6 +79,8 @@ impl<'a> SampleQueue<'a> {
 pub(crate) struct SampleSums {
     /// The samples of each.
     samples: Samples,
+    /// Whether the background is transparent. Else what is said of it stays 0.
+    is_transparent: bool,
     /// The last batch, and what it brought.
     batch: SampleBatch,
     brought: BatchLight,
@@ -116,10 +118,6 @@ pub(crate) struct PixelSums {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PixelMean {
     pub(crate) light: [f64; 3],
-    /// How much of a transparent background it sees.
-    pub(super) clear: f64,
-    /// How much the first half of the samples sees.
-    pub(super) clear_of_half: f64,
     /// The most light that it lacks.
     pub(crate) omitted: [f64; 3],
     /// The most that it may have missed of the background.
@@ -132,17 +130,6 @@ pub(crate) struct PixelMean {
 }
 
 impl PixelMean {
-    /// The share that is not background: 1 less the light of a white one (Porter and Duff 1984, Smith and Blinn 1996: the
-    /// difference of the picture before white and before black).
-    pub(super) fn alpha(&self) -> f32 {
-        (1.0 - self.clear).clamp(0.0, 1.0) as f32
-    }
-
-    /// The least that it can be.
-    pub(super) fn least_alpha(&self) -> f32 {
-        (1.0 - self.clear - self.unseen).clamp(0.0, 1.0) as f32
-    }
-
     /// Whether it may be more than `max_codes` off, though its proof was not given up.
     pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
         let is_proved = || {
@@ -164,10 +151,11 @@ impl PixelMean {
 }
 
 impl SampleSums {
-    pub(crate) fn new(samples: Samples) -> Self {
+    pub(crate) fn new(samples: Samples, is_transparent: bool) -> Self {
         let black = [[0.0; PIXELS]; 3];
         Self {
             samples,
+            is_transparent,
             batch: SampleBatch::new(samples),
             brought: BatchLight::default(),
             light: black,
@@ -187,10 +175,13 @@ impl SampleSums {
         let black = [[0.0; PIXELS]; 3];
         // Where each pixel has one sample, it is copied.
         if self.samples.count > 1 {
-            (self.light, self.second, self.clear) = (black, black, [[0.0; PIXELS]; 2]);
+            (self.light, self.second) = (black, black);
+        }
+        if self.is_transparent {
+            (self.clear, self.unseen) = ([[0.0; PIXELS]; 2], [0.0; PIXELS]);
         }
         if self.incomplete != 0 {
-            (self.omitted, self.unseen, self.rounding) = (black, [0.0; PIXELS], [0.0; PIXELS]);
+            (self.omitted, self.rounding) = (black, [0.0; PIXELS]);
         }
         (self.incomplete, self.given_up) = (0, 0);
     }
@@ -208,7 +199,7 @@ impl SampleSums {
 
     /// Adds the samples of the batch, from number `number` on, to those of its pixels.
     #[inline(always)]
-    fn add(&mut self, pixels: Range<usize>, number: u32, is_transparent: bool) {
+    fn add(&mut self, pixels: Range<usize>, number: u32) {
         let len = self.batch.len();
         let (first, count) = (pixels.start, len / pixels.len());
         let of_first = (self.samples.count.div_ceil(2).saturating_sub(number) as usize).min(count);
@@ -230,7 +221,7 @@ impl SampleSums {
                 }
             }
         }
-        if is_transparent {
+        if self.is_transparent {
             self.add_clear(first, count, of_first);
         }
         if self.brought.incomplete != 0 {
@@ -243,12 +234,8 @@ impl SampleSums {
         let samples = self.brought.clear[..self.batch.len()].chunks_exact(count);
         for (pixel, samples) in (first..).zip(samples) {
             let [all, late] = [samples, &samples[of_first..]].map(|samples| samples.iter().sum::<f64>());
-            if self.samples.count == 1 {
-                self.clear[0][pixel] = all;
-            } else {
-                self.clear[0][pixel] += all;
-                self.clear[1][pixel] += late;
-            }
+            self.clear[0][pixel] += all;
+            self.clear[1][pixel] += late;
         }
     }
 
@@ -308,6 +295,23 @@ impl SampleSums {
 }
 
 impl PixelSums {
+    /// The share of the pixel that is not background: 1 less the light of a white one (Porter and Duff 1984, Smith and Blinn 1996:
+    /// the difference of the picture before white and before black).
+    pub(super) fn alpha(&self) -> f32 {
+        (1.0 - self.clear[0] / f64::from(self.samples)).clamp(0.0, 1.0) as f32
+    }
+
+    /// The least that it can be.
+    pub(super) fn least_alpha(&self) -> f32 {
+        (1.0 - (self.clear[0] + self.unseen) / f64::from(self.samples)).clamp(0.0, 1.0) as f32
+    }
+
+    /// How much of a transparent background all samples see, and those of the first half.
+    pub(super) fn clear(&self) -> [f64; 2] {
+        let [all, late] = self.clear;
+        [all / f64::from(self.samples), (all - late) / f64::from(self.samples.div_ceil(2))]
+    }
+
     /// Their mean.
     #[inline(always)]
     pub(super) fn mean(&self) -> PixelMean {
@@ -316,8 +320,6 @@ impl PixelSums {
         let share = 1.0 / count;
         PixelMean {
             light: self.light.map(|light| light * share),
-            clear: self.clear[0] * share,
-            clear_of_half: (self.clear[0] - self.clear[1]) / first,
             omitted: self.omitted.map(|light| light * share),
             unseen: self.unseen * share,
             rounding: if self.rounding == 0.0 { 0.0 } else { self.rounding + count * f64::EPSILON },
@@ -379,7 +381,7 @@ pub(crate) fn trace_samples<L: Lanes, O: Observer<L>, V: Variant>(
         if queue.next_batch(&mut sums.batch) {
             trace_batch(tracer, &sums.batch, attempt, hits, &mut sums.brought);
             let len = sums.batch.len();
-            sums.add(queue.last.clone(), queue.number(len), tracer.is_transparent());
+            sums.add(queue.last.clone(), queue.number(len));
             if let Some(counts) = &mut tracer.lane_counts {
                 costs.add_all(&std::mem::take(&mut **counts), queue.owners(len));
             }
@@ -420,7 +422,7 @@ pub(crate) fn trace_pixel_samples<L: Lanes, O: Observer<L>, V: Variant>(
             tracer.observer().pixel();
         }
         for samples in &parts {
-            let mut sums = SampleSums::new(*samples);
+            let mut sums = SampleSums::new(*samples, tracer.is_transparent());
             trace_samples(tracer, &[at], hits, &mut sums, &mut LaneCounts::default());
             all.append(&sums.pixel(0));
         }

@@ -40,7 +40,6 @@ pub(super) struct Checkpoint {
 struct Standing {
     light: [[f64; BATCH]; 3],
     omitted: [[f64; BATCH]; 3],
-    unseen: [f64; BATCH],
     rays: [f64; BATCH],
 }
 
@@ -53,13 +52,12 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         let batch = self.proof.batch;
         for group in batch.groups(self.proof.unproved) {
             let share = 1.0 / f64::from(group.count_ones());
-            let (mut light, mut omitted, mut unseen, mut rays) = ([0.0; 3], [0.0; 3], 0.0, 0.0);
+            let (mut light, mut omitted, mut rays) = ([0.0; 3], [0.0; 3], 0.0);
             for sample in lanes_of(group) {
                 for c in 0..3 {
                     light[c] += share * standing.light[c][sample];
                     omitted[c] += share * standing.omitted[c][sample];
                 }
-                unseen += share * standing.unseen[sample];
                 rays += standing.rays[sample];
             }
             if omitted == [0.0; 3] {
@@ -68,11 +66,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             // No sample has more rays than all of them.
             let rounding = self.rounding(rays);
             let ends = interval(light, omitted, rounding);
-            let proved = if self.is_alpha_open(group, max_codes, unseen) {
-                [false; 3]
-            } else {
-                self.is_proved(group, max_codes, ends)
-            };
+            let is_open = self.is_transparent() && self.is_alpha_open(group, max_codes);
+            let proved = if is_open { [false; 3] } else { self.is_proved(group, max_codes, ends) };
             // Where rounding alone may change a code, more rays do not help.
             let further = (0..3).any(|c| !proved[c] && omitted[c] > 0.5 * rounding * light[c]);
             if further {
@@ -96,7 +91,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     }
 
     /// Whether the alpha of a group may be more off than it may.
-    fn is_alpha_open(&self, group: u32, max_codes: u8, unseen: f64) -> bool {
+    #[inline(never)]
+    fn is_alpha_open(&self, group: u32, max_codes: u8) -> bool {
+        let mut all = [0.0; BATCH];
+        self.store_unseen(&mut all);
+        let unseen = lanes_of(group).map(|sample| all[sample]).sum::<f64>() / f64::from(group.count_ones());
         unseen > self.width(group, max_codes).unwrap_or(1.0) * alpha_allowed(max_codes)
     }
 
@@ -147,7 +146,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     fn standing(&self, sum: &PixelSum<L>) -> Standing {
         let black = [[0.0; BATCH]; 3];
-        let mut standing = Standing { light: black, omitted: black, unseen: [0.0; BATCH], rays: [0.0; BATCH] };
+        let mut standing = Standing { light: black, omitted: black, rays: [0.0; BATCH] };
         for packet in 0..self.proof.packets() {
             let is_at_work = packet == self.proof.packet;
             let sum = if is_at_work { sum } else { &self.proof.waiting[packet].sum };
@@ -157,9 +156,6 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             let omitted = self.with_deferred(certificate);
             for (omitted, channel) in standing.omitted.iter_mut().zip([omitted.x, omitted.y, omitted.z]) {
                 store(channel, omitted, first);
-            }
-            if self.is_transparent() {
-                store(self.unseen_with_deferred(certificate), &mut standing.unseen, first);
             }
             store(certificate.rays, &mut standing.rays, first);
         }
@@ -190,6 +186,19 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 unseen
             },
         )
+    }
+
+    /// Writes how much of a transparent background each sample may have missed.
+    fn store_unseen(&self, unseen: &mut [f64; BATCH]) {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                for packet in 0..self.proof.packets() {
+                    store(self.unseen_with_deferred(self.certificate_of(packet)), unseen, packet * L::COUNT);
+                }
+            },
+        );
     }
 
     /// The relative error of the sum of a sample with some rays.
@@ -235,7 +244,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             #[inline(always)]
             || {
                 let standing = self.standing(sum);
-                (brought.light, brought.omitted, brought.unseen) = (standing.light, standing.omitted, standing.unseen);
+                (brought.light, brought.omitted) = (standing.light, standing.omitted);
+                if self.is_transparent() {
+                    self.store_unseen(&mut brought.unseen);
+                }
                 brought.given_up = self.proof.given_up;
                 for sample in lanes_of(self.proof.batch.all()) {
                     brought.rounding[sample] = 0.0;
