@@ -129,12 +129,13 @@ impl Ceiling {
     /// Multiplies it. Tests use it to see that a ceiling which is too low is noticed.
     pub fn scale(&mut self, factor: f64) {
         self.levels.iter_mut().flatten().for_each(|level| *level *= factor);
+        self.clear *= factor;
     }
 
     /// The same with the largest factor on the light of a transparent background.
     #[must_use]
     pub fn with_clear(self, clear: f64) -> Self {
-        Self { clear: clear.min(NO_BOUND), ..self }
+        Self { clear: (clear * SLACK).min(NO_BOUND), ..self }
     }
 
     /// The ceiling of a ray that begins a chain of at most `rays`.

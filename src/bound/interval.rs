@@ -1,8 +1,8 @@
 //! The interval in which a pixel lies when rays were omitted: from the sum of what was traced to that sum and the most that
 //! the omitted rays could add.
 
-use crate::film::Display;
 use crate::film::srgb::Codes8;
+use crate::film::{Display, code_of_alpha};
 use crate::lanes::Real;
 
 /// Codes by which a channel may be shown above its lower end. An interval of twice `max_codes` shows its middle code, which
@@ -11,10 +11,16 @@ fn allowed_raise(low: f32, max_codes: u8) -> u8 {
     if low > 0.0 { max_codes } else { 0 }
 }
 
-/// How much of a transparent background a pixel may have missed that is to be at most `max_codes` off: half a code where alpha is to
-/// be exact.
+/// How much of a transparent background a pixel may have missed that is to be at most `max_codes` off. A quarter of a code, since what
+/// is shown is divided by alpha before a tone curve; half of that where alpha is to be exact, whose code decides.
 pub(crate) fn alpha_allowed(max_codes: u8) -> f64 {
-    f64::from(max_codes).max(0.5) / 255.0
+    0.25 * f64::from(max_codes).max(0.5) / 255.0
+}
+
+/// Whether the alpha of a whole pixel is proved, of which so much was seen of the background, and at most so much missed.
+pub(crate) fn alpha_proved(clear: f64, unseen: f64, max_codes: u8) -> bool {
+    let code = |clear: f64| code_of_alpha((1.0 - clear) as f32);
+    unseen <= alpha_allowed(max_codes) && (max_codes > 0 || code(clear) == code(clear + unseen))
 }
 
 /// Whether each channel of a pixel is proved to be at most `max_codes` off.

@@ -108,11 +108,11 @@ impl Display {
         self.show(radiance).map(|channel| table.code(channel))
     }
 
-    /// The 8-bit codes of a radiance over a background, with their fractions, which are linear in light.
-    pub(crate) fn fine_codes(&self, radiance: [f32; 3], background: f32) -> [f32; 3] {
-        let table = Codes8::get();
-        self.show(radiance).map(|channel| {
-            let channel = channel + background;
+    /// The 8-bit codes of a radiance and of what is seen behind it, with their fractions, which are linear in light.
+    pub(crate) fn fine_codes(&self, radiance: [f32; 3], behind: [f32; 3]) -> [f32; 3] {
+        let (table, shown) = (Codes8::get(), self.show(radiance));
+        [0, 1, 2].map(|c| {
+            let channel = shown[c] + behind[c];
             let code = table.code(channel);
             if code == u8::MAX {
                 return 255.0;

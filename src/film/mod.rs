@@ -119,6 +119,11 @@ pub struct Film {
     pub display: Display,
 }
 
+/// The 8-bit code of an alpha.
+pub(crate) fn code_of_alpha(alpha: f32) -> u8 {
+    (255.0 * alpha.clamp(0.0, 1.0)).round() as u8
+}
+
 impl Film {
     /// Whether pictures of codes are transparent where nothing is.
     pub fn is_clear(&self) -> bool {
@@ -155,38 +160,46 @@ impl Film {
     }
 
     /// How many codes a pixel is off at most, channel by channel, if its radiance is nowhere above `highest`, and its alpha not below
-    /// `least_alpha`: of the picture over black where the background is transparent, and of its alpha. Over any brighter one
-    /// colours are off by no more, since codes of dark colours are the nearest to each other.
+    /// `least_alpha`: of the alpha that files have, and of the picture over the backdrop, or else black.
     pub fn codes_off(&self, index: usize, highest: [f32; 3], least_alpha: f32) -> [u8; 3] {
         let pixel = self.pixels[index];
         if highest.iter().any(|channel| channel.is_infinite()) {
-            // Nothing is known of it: a pixel that was not traced may also be darker than it is shown.
-            return self.display.codes(pixel).map(|code| code.max(u8::MAX - code));
+            // Nothing is known of it: a pixel that was not traced may also be darker than it is shown, or clearer.
+            let most = |code: u8| code.max(u8::MAX - code);
+            let of_alpha = self.alpha.get(index).map_or(0, |alpha| most(code_of_alpha(*alpha)));
+            return self.display.codes(pixel).map(|code| most(code).max(of_alpha));
         }
         let Some(&alpha) = self.alpha.get(index) else { return self.display.codes_off(pixel, highest) };
-        if alpha <= 0.0 {
-            return [0; 3];
-        }
         let least = least_alpha.min(alpha);
-        let of_colors = match self.display.is_linear() {
-            true => self.display.codes_off(pixel, highest),
-            false => self.codes_off_by_tone(pixel, highest, [alpha, least]),
+        // The alpha of files, and the ends of what is shown of the light, already multiplied by it.
+        let (shown, of_file, ends_of_file, ends) = if self.display.is_linear() {
+            let [low, high] = [pixel, highest].map(|radiance| self.display.show(radiance));
+            let raised = |alpha: f32, light: [f32; 3]| light.into_iter().fold(alpha, f32::max).min(1.0);
+            let ends = std::array::from_fn(|c| [low[c], high[c]].map(|light| light.min(1.0)));
+            (low.map(|light| light.min(1.0)), raised(alpha, low), [raised(least, low), raised(alpha, high)], ends)
+        } else {
+            if alpha <= 0.0 {
+                return [0; 3];
+            }
+            let shown = self.display.show(pixel.map(|c| c / alpha)).map(|color| color.min(1.0) * alpha);
+            let ends = if least > 0.0 {
+                let ends = self.display.ends(pixel.map(|c| c / alpha), highest.map(|c| c / least));
+                ends.map(|[low, high]| [low.min(1.0) * least, high.min(1.0) * alpha])
+            } else {
+                [[0.0, alpha]; 3]
+            };
+            (shown, alpha, [least, alpha], ends)
         };
-        let code = |alpha: f32| (255.0 * alpha).round() as u8;
-        of_colors.map(|off| off.max(code(alpha) - code(least)))
-    }
-
-    /// The same over black, where tone is of colours that are not multiplied by an alpha between those given.
-    fn codes_off_by_tone(&self, pixel: [f32; 3], highest: [f32; 3], [alpha, least]: [f32; 2]) -> [u8; 3] {
-        let over_black = |color: f32, alpha: f32| srgb::code8(color.min(1.0) * alpha);
-        let shown = self.display.show(pixel.map(|c| c / alpha)).map(|color| over_black(color, alpha));
-        let mut off = [0; 3];
-        for alpha in [alpha, least].into_iter().filter(|alpha| *alpha > 0.0) {
-            let [low, high] = [pixel, highest].map(|radiance| radiance.map(|c| c / alpha));
-            let ends = self.display.ends(low, high).map(|ends| ends.map(|color| over_black(color, alpha)));
-            off =
-                std::array::from_fn(|c| ends[c].into_iter().fold(off[c], |off, code| off.max(code.abs_diff(shown[c]))));
-        }
-        off
+        let backdrop = self.display.backdrop().unwrap_or_default();
+        let [clearest, densest] = ends_of_file;
+        let of_alpha = [clearest, densest].map(|end| code_of_alpha(end).abs_diff(code_of_alpha(of_file)));
+        // Files over a backdrop have no alpha.
+        let of_alpha = if self.is_clear() { of_alpha[0].max(of_alpha[1]) } else { 0 };
+        std::array::from_fn(|c| {
+            let code = |light: f32, alpha: f32| srgb::code8(light + backdrop[c] * (1.0 - alpha));
+            let [low, high] = ends[c];
+            let [low, here, high] = [code(low, densest), code(shown[c], of_file), code(high, clearest)];
+            high.abs_diff(here).max(low.abs_diff(here)).max(of_alpha)
+        })
     }
 }

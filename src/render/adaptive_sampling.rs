@@ -60,8 +60,9 @@ struct Pixel {
     squares: [f64; 3],
     /// Mean of the upper ends.
     highest: [f64; 3],
-    /// Mean of their alpha.
+    /// Mean of their alpha, and the sum of its squared distances.
     alpha: f64,
+    squares_of_alpha: f64,
     /// Mean of the least that it can be.
     least_alpha: f64,
     /// Width of the interval in codes, at the last test.
@@ -72,7 +73,9 @@ impl Pixel {
     fn add(&mut self, low: [f32; 3], high: [f32; 3], [alpha, least_alpha]: [f32; 2]) {
         self.batches += 1;
         let n = f64::from(self.batches);
-        self.alpha += (f64::from(alpha) - self.alpha) / n;
+        let away = f64::from(alpha) - self.alpha;
+        self.alpha += away / n;
+        self.squares_of_alpha += away * (f64::from(alpha) - self.alpha);
         self.least_alpha += (f64::from(least_alpha) - self.least_alpha) / n;
         for c in 0..3 {
             let away = f64::from(low[c]) - self.mean[c];
@@ -82,11 +85,13 @@ impl Pixel {
         }
     }
 
-    /// Whether the interval mean -+ t s/sqrt(n) is at most `codes` wide in each channel.
+    /// Whether the interval mean -+ t s/sqrt(n) is at most `codes` wide in each channel, alpha included.
     fn is_sure(&mut self, display: &Display, t: f64, codes: f64) -> bool {
         let n = f64::from(self.batches);
         let code = |linear: f64| 255.0 * linear_to_srgb(linear.clamp(0.0, 1.0));
-        let off = self.squares.map(|squares| t * (squares / ((n - 1.0) * n)).sqrt());
+        let off = |squares: f64| t * (squares / ((n - 1.0) * n)).sqrt();
+        let of_alpha = 2.0 * 255.0 * off(self.squares_of_alpha);
+        let off = self.squares.map(off);
         let [low, high] = [-1.0, 1.0].map(|sign| std::array::from_fn(|c| self.mean[c] + sign * off[c]));
         let widths: [f64; 3] = if display.is_plain() {
             std::array::from_fn(|c| code(high[c]) - code(low[c]))
@@ -94,7 +99,7 @@ impl Pixel {
             let ends = display.ends(low.map(|c| c as f32), high.map(|c| c as f32));
             ends.map(|[low, high]| code(f64::from(high)) - code(f64::from(low)))
         };
-        self.width = widths.into_iter().fold(0.0, f64::max);
+        self.width = widths.into_iter().fold(of_alpha, f64::max);
         self.width <= codes
     }
 }

@@ -8,38 +8,43 @@ use rayon::prelude::*;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 pub(crate) const CONTRAST: u8 = 8;
 
-/// The largest difference of each traced pixel from one of its eight neighbours, row by row: over black, and half of that over white
-/// where the background is transparent.
+/// The largest difference of each traced pixel from one of its eight neighbours, row by row: over black, and over what is behind a
+/// transparent background.
 pub(super) fn contrasts_of(display: &Display, traced: &Traced, width: u32) -> Vec<u8> {
     let mut of_colors = contrasts(&codes_of(display, &traced.pixels), width);
     if !traced.alpha.is_empty() {
-        let over_white = contrasts(&half_codes_over_white(display, &traced.pixels, &traced.alpha), width);
-        of_colors.iter_mut().zip(over_white).for_each(|(most, contrast)| *most = contrast.max(*most));
+        let over_background = contrasts(&codes_over_background(display, &traced.pixels, &traced.alpha), width);
+        of_colors.iter_mut().zip(over_background).for_each(|(most, contrast)| *most = contrast.max(*most));
     }
     of_colors
 }
 
-/// The 8-bit codes of a few pixels over black, and half of those over white.
+/// The 8-bit codes of a few pixels over black, and [over the background](over_background).
 pub(super) fn codes_over_both(display: &Display, pixels: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 6]> {
     let alpha = alpha.iter().copied().chain(std::iter::repeat(1.0));
     let both = |(pixel, alpha): (&[f32; 3], f32)| {
         let [red, green, blue] = display.codes(*pixel);
-        let [over_red, over_green, over_blue] = over_white(display, *pixel, alpha);
+        let [over_red, over_green, over_blue] = over_background(display, *pixel, alpha);
         [red, green, blue, over_red, over_green, over_blue]
     };
     pixels.iter().zip(alpha).map(both).collect()
 }
 
-/// Half of the 8-bit codes of pixels over white; of none without alpha.
-pub(super) fn half_codes_over_white(display: &Display, pixels: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 3]> {
+/// The same over the background alone; of none without alpha.
+pub(super) fn codes_over_background(display: &Display, pixels: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 3]> {
     let pixels = pixels.par_iter().with_min_len(1 << 12).zip(alpha);
-    pixels.map(|(pixel, alpha)| over_white(display, *pixel, *alpha)).collect()
+    pixels.map(|(pixel, alpha)| over_background(display, *pixel, *alpha)).collect()
 }
 
-/// What is behind a transparent picture will be something between black and white. If differences over white counted in full,
-/// pictures of glass would take 1.2 times the rays.
-fn over_white(display: &Display, pixel: [f32; 3], alpha: f32) -> [u8; 3] {
-    display.show(pixel).map(|channel| Codes8::get().code(channel + (1.0 - alpha)) / 2)
+/// The 8-bit codes of a pixel over the backdrop, or half of those over white: what a page shows behind it will be something between
+/// black and white. If differences over white counted in full, pictures of glass would take 1.2 times the rays.
+pub(super) fn over_background(display: &Display, pixel: [f32; 3], alpha: f32) -> [u8; 3] {
+    let shown = display.show(pixel);
+    let code = |channel: f32, behind: f32| Codes8::get().code(channel + behind * (1.0 - alpha));
+    match display.backdrop() {
+        Some(behind) => std::array::from_fn(|c| code(shown[c], behind[c])),
+        None => shown.map(|channel| code(channel, 1.0) / 2),
+    }
 }
 
 /// The 8-bit codes of pixels.

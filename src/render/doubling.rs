@@ -68,7 +68,7 @@ struct Patch<'a, R> {
     around: Region,
     /// Row by row.
     sums: Vec<PixelSums>,
-    /// The mean of each, in codes: over black, and half of that over white where the background is transparent.
+    /// The mean of each, in codes: over black, and over what is behind a transparent background.
     codes: Vec<[[f32; 3]; 2]>,
     /// The difference between the last two means of each, in codes of the worst channel.
     differences: Vec<f32>,
@@ -203,9 +203,14 @@ impl<R: KernelFormat> Patch<'_, R> {
         let (around, sums, world) = (self.around, &self.sums, self.job.world);
         let codes = |(light, clear): ([f64; 3], f64)| {
             let light = light.map(|c| c as f32);
-            let over_black = world.display.fine_codes(light, 0.0);
-            let half_over_white = || world.display.fine_codes(light, clear as f32).map(|code| 0.5 * code);
-            [over_black, if world.transparent { half_over_white() } else { over_black }]
+            let over_black = world.display.fine_codes(light, [0.0; 3]);
+            if !world.transparent {
+                return [over_black; 2];
+            }
+            // As antialiasing does.
+            let (behind, weight) = world.display.backdrop().map_or(([1.0; 3], 0.5), |behind| (behind, 1.0));
+            let seen = behind.map(|channel| channel * clear as f32);
+            [over_black, world.display.fine_codes(light, seen).map(|code| weight * code)]
         };
         let difference = |at: &[u32; 2]| {
             let sums = &sums[around.index(*at)];

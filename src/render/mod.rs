@@ -25,7 +25,7 @@ mod thread_time;
 mod tiles;
 
 use crate::camera::Window;
-use crate::film::{Film, Region};
+use crate::film::Region;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
@@ -91,7 +91,7 @@ fn render_window_with(
 }
 
 /// Renders the pixel in the middle of each block of `step` x `step` pixels, exactly as the whole picture has it, and lists the
-/// rays of each, and its time if `timed`. They are the picture's own pixels, without alpha.
+/// rays of each, and its time if `timed`. They are the picture's own pixels.
 pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control) -> Result<Picture, Cancelled> {
     fn of<R: KernelFormat>(
         scene: &Scene,
@@ -108,8 +108,7 @@ pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control)
         Precise::Single(world) => of(scene, world, step, timed, control)?,
         Precise::Double(world) => of(scene, world, step, timed, control)?,
     };
-    let film = Film { alpha: Vec::new(), ..picture.film };
-    Ok(Picture { film, trace_ms: start.milliseconds(), ..picture })
+    Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
 /// Samples of one pixel of the scene's picture.

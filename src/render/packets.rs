@@ -150,7 +150,13 @@ fn show_pixels<R: Real>(
             let shown = mean.light.map(|channel| channel as f32);
             out.pixels.push(shown);
             if !job.low {
-                out.widths.push(width(display, shown, mean.halves));
+                let of_colors = width(display, shown, mean.halves);
+                let is_transparent = job.world.transparent;
+                out.widths.push(if is_transparent {
+                    of_colors.max(sums.pixel(pixel).width_of_alpha())
+                } else {
+                    of_colors
+                });
             }
         }
     }

@@ -1,12 +1,12 @@
 //! A picture while it is rendered in steps.
 
-use super::contrast::{CONTRAST, codes_of, contrasts, half_codes_over_white};
+use super::contrast::{CONTRAST, codes_of, codes_over_background, contrasts, over_background};
 use super::held_out::{HeldOut, QUANTILES};
 use super::interpolation::interpolate;
 use super::ladder::{Chunk, Ladder};
 use super::packets::Traced;
 use crate::bound::BoundedPixel;
-use crate::film::{Display, Region};
+use crate::film::{Display, Region, code_of_alpha};
 use crate::trace::counts::RayCounts;
 use rayon::prelude::*;
 
@@ -34,8 +34,8 @@ pub(super) struct PartialPicture {
     lacks: Vec<bool>,
     /// Codes of the pixels, before antialiasing.
     codes: Vec<[u8; 3]>,
-    /// Half of those over white, where the background is transparent.
-    half_codes_over_white: Vec<[u8; 3]>,
+    /// The same over what is behind a transparent background.
+    codes_over_background: Vec<[u8; 3]>,
     /// Contrast of each pixel to its neighbours, before antialiasing.
     pub(super) contrasts: Vec<u8>,
     /// Interval of each pixel in codes, if it has several samples.
@@ -63,7 +63,7 @@ impl PartialPicture {
             levels: vec![0; count],
             lacks: vec![false; count],
             codes: vec![[0; 3]; count],
-            half_codes_over_white: vec![[0; 3]; count_of_alpha],
+            codes_over_background: vec![[0; 3]; count_of_alpha],
             contrasts: vec![0; count],
             widths: vec![0; count],
             was_updated: false,
@@ -86,7 +86,13 @@ impl PartialPicture {
     /// Codes that omitted rays could add to a traced pixel.
     pub(super) fn lacking(&self, index: usize) -> u8 {
         let (shown, highest) = (self.shown[index], self.highest[index]);
-        if highest == shown { 0 } else { self.display.codes_off(shown, highest).into_iter().fold(0, u8::max) }
+        let of_alpha =
+            self.alpha.get(index).map_or(0, |alpha| code_of_alpha(*alpha) - code_of_alpha(self.least_alpha[index]));
+        if highest == shown {
+            of_alpha
+        } else {
+            self.display.codes_off(shown, highest).into_iter().fold(of_alpha, u8::max)
+        }
     }
 
     /// Whether that pixel next to one, or it itself, lacks light with few rays that is traced before all others there.
@@ -103,11 +109,15 @@ impl PartialPicture {
         if refines {
             self.refining = self.refining + traced.rays;
         }
-        for (&at, pixel) in chunk.pixels.iter().zip(&traced.pixels) {
+        let alpha = traced.alpha.iter().copied().chain(std::iter::repeat(1.0));
+        for ((&at, pixel), alpha) in chunk.pixels.iter().zip(&traced.pixels).zip(alpha) {
             let index = self.region.index(at);
             let samples = ladder.samples(self.levels[index]);
             if let Some(held_out) = self.held_out.get_mut(samples as usize).filter(|_| self.was_updated) {
-                let change = differ(self.codes[index], self.display.codes(*pixel));
+                let mut change = differ(self.codes[index], self.display.codes(*pixel));
+                if let Some(before) = self.codes_over_background.get(index) {
+                    change = change.max(differ(*before, over_background(&self.display, *pixel, alpha)));
+                }
                 held_out.add(self.contrasts[index], change);
             }
             (self.shown[index], self.highest[index], self.levels[index]) = (*pixel, *pixel, level);
@@ -144,9 +154,9 @@ impl PartialPicture {
         self.contrasts = contrasts(&self.codes, width);
         if !self.alpha.is_empty() {
             let alpha = interpolated_alpha(&self.alpha, self.region, levels);
-            update(&mut self.half_codes_over_white, half_codes_over_white(&self.display, &self.shown, &alpha));
-            let over_white = contrasts(&self.half_codes_over_white, width);
-            self.contrasts.iter_mut().zip(over_white).for_each(|(most, contrast)| *most = contrast.max(*most));
+            update(&mut self.codes_over_background, codes_over_background(&self.display, &self.shown, &alpha));
+            let over_background = contrasts(&self.codes_over_background, width);
+            self.contrasts.iter_mut().zip(over_background).for_each(|(most, contrast)| *most = contrast.max(*most));
         }
         self.was_updated = true;
     }

@@ -49,7 +49,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The codes of the base samples of blocks, which are all of the same size, over black, and half of those over white.
+    /// The codes of the base samples of blocks, which are all of the same size, over black and over what is behind.
     pub(crate) fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[u8; 6]>, PacketCost)> {
         match self {
             Self::Single(renderer) => renderer.blocks(blocks),

@@ -4,7 +4,7 @@
 //! were traced in nor on the width of packets.
 
 use super::doubling::runs;
-use crate::bound::interval::{alpha_allowed, interval, proved};
+use crate::bound::interval::{alpha_proved, interval, proved};
 use crate::film::Display;
 use crate::lanes::{Lanes, MAX_LANES, lanes_of};
 use crate::scene::world::Pruning;
@@ -120,7 +120,8 @@ pub(crate) struct PixelMean {
     pub(crate) light: [f64; 3],
     /// The most light that it lacks.
     pub(crate) omitted: [f64; 3],
-    /// The most that it may have missed of the background.
+    /// How much it sees of a transparent background, and the most that it may have missed.
+    clear: f64,
     unseen: f64,
     /// The relative rounding error.
     pub(crate) rounding: f64,
@@ -134,7 +135,7 @@ impl PixelMean {
     pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
         let is_proved = || {
             let of_light = proved(display, self.ends(), max_codes).into_iter().all(|is_proved| is_proved);
-            of_light && self.unseen <= alpha_allowed(max_codes)
+            of_light && (self.unseen == 0.0 || alpha_proved(self.clear, self.unseen, max_codes))
         };
         self.is_incomplete() && !self.given_up && !is_proved()
     }
@@ -306,6 +307,13 @@ impl PixelSums {
         (1.0 - (self.clear[0] + self.unseen) / f64::from(self.samples)).clamp(0.0, 1.0) as f32
     }
 
+    /// The interval of alpha in codes, by how far both halves of the samples are apart.
+    pub(super) fn width_of_alpha(&self) -> u8 {
+        let [all, half] = self.clear();
+        // |a - b| of two halves is twice the distance of one from both.
+        (2.0 * 255.0 * (all - half).abs()).round() as u8
+    }
+
     /// How much of a transparent background all samples see, and those of the first half.
     pub(super) fn clear(&self) -> [f64; 2] {
         let [all, late] = self.clear;
@@ -321,6 +329,7 @@ impl PixelSums {
         PixelMean {
             light: self.light.map(|light| light * share),
             omitted: self.omitted.map(|light| light * share),
+            clear: self.clear[0] * share,
             unseen: self.unseen * share,
             rounding: if self.rounding == 0.0 { 0.0 } else { self.rounding + count * f64::EPSILON },
             halves: [

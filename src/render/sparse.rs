@@ -47,7 +47,8 @@ impl<R: KernelFormat> Renderer<'_, R> {
         bounded.retain(|pixel| wanted[whole.index(pixel.at)]);
         costs.retain(|cost| wanted[whole.index(cost.at)]);
         let pixels = at.iter().map(|at| film.pixels[whole.index(*at)]).collect();
-        Ok(Traced { pixels, bounded, rays, costs, ..Traced::default() })
+        let alpha = at.iter().filter_map(|at| film.alpha.get(whole.index(*at)).copied()).collect();
+        Ok(Traced { pixels, alpha, bounded, rays, costs, ..Traced::default() })
     }
 
     /// Pixels that antialiasing refines where they differ from a neighbour. What the neighbours take is not theirs.
@@ -73,6 +74,8 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let refined = self.refine(&pixels)?;
         let mut pixels: Vec<[f32; 3]> = middles.iter().map(|index| traced.pixels[*index]).collect();
         uneven.iter().zip(refined.pixels).for_each(|(index, pixel)| pixels[*index] = pixel);
+        let mut alpha: Vec<f32> = middles.iter().filter_map(|index| traced.alpha.get(*index).copied()).collect();
+        uneven.iter().zip(refined.alpha).for_each(|(index, of_pixel)| alpha[*index] = of_pixel);
         // Base samples of a refined pixel bound nothing, but are a part of its cost.
         let kept: HashMap<[u32; 2], usize> = at.iter().copied().zip(0..).collect();
         traced.bounded.retain(|pixel| kept.get(&pixel.at).is_some_and(|index| uneven.binary_search(index).is_err()));
@@ -81,6 +84,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
             if traced.costs.is_empty() { Vec::new() } else { middles.iter().map(|at| traced.costs[*at]).collect() };
         Ok(Traced {
             pixels,
+            alpha,
             bounded: traced.bounded,
             costs: costs.into_iter().chain(refined.costs).collect(),
             rays: traced.rays + refined.rays,

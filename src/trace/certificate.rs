@@ -135,7 +135,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn incomplete(&self) -> u32 {
         let omitted = self.certificate.omitted;
-        omitted.x.max(omitted.y).max(omitted.z).gt(L::lit(self.s, 0.0)).bits()
+        let mut most = omitted.x.max(omitted.y).max(omitted.z);
+        if self.is_transparent() {
+            most = most.max(self.certificate.unseen);
+        }
+        most.gt(L::lit(self.s, 0.0)).bits()
     }
 
     /// The most light that rays of a weight and a depth can bring.
@@ -165,9 +169,15 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         let lanes = L::mask(self.s, lanes);
         self.record_omitted_light(lanes, upper_bound);
         if straight && self.is_transparent() {
-            let unseen = self.certificate.unseen;
-            self.certificate.unseen = L::select(lanes, unseen + self.clear_bound(weight, depth), unseen);
+            self.record_unseen(lanes, weight, depth);
         }
+    }
+
+    /// Adds what omitted rays of some lanes could have seen of a transparent background.
+    #[inline(always)]
+    pub(super) fn record_unseen(&mut self, lanes: L::Mask, weight: V3<L>, depth: u32) {
+        let unseen = self.certificate.unseen;
+        self.certificate.unseen = L::select(lanes, unseen + self.clear_bound(weight, depth), unseen);
     }
 
     /// Adds omitted light of some lanes to R.
@@ -179,14 +189,17 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
 
     /// The lanes in which rays of a weight and a depth bring enough to be followed now.
     #[inline(always)]
-    pub(super) fn significant(&self, weight: V3<L>, depth: u32) -> u32 {
+    pub(super) fn significant(&self, weight: V3<L>, depth: u32, straight: bool) -> u32 {
         let zero = L::lit(self.s, 0.0);
         let there = weight.x.max(weight.y).max(weight.z).gt(zero);
         let enough = match self.pruning {
             Pruning::Weight(_) => weight,
             Pruning::Proved { .. } => self.upper_bound(weight, depth),
         };
-        let enough = enough.x.max(enough.y).max(enough.z);
+        let mut enough = enough.x.max(enough.y).max(enough.z);
+        if straight && self.is_transparent() {
+            enough = enough.max(self.clear_bound(weight, depth));
+        }
         (enough.ge(self.certificate.min_weight) & there).bits()
     }
 
@@ -225,7 +238,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         certificate.min_weight = L::select(raised, least * L::lit(s, RISE), least);
         certificate.most_followed = L::select(raised, most + L::lit(s, MORE_RAYS), most);
         self.give_up(spent);
-        let light = lanes & !spent & !(self.significant(rays.weight, rays.depth) & rays.active);
+        let light = lanes & !spent & !(self.significant(rays.weight, rays.depth, rays.straight) & rays.active);
         if light != 0 {
             self.defer(rays, light);
             rays.active &= !light;

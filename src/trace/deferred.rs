@@ -136,10 +136,10 @@ impl<L: Lanes> DeferredRays<L> {
         lanes_of(lanes).for_each(|lane| self.counts[lane] += 1);
     }
 
-    /// Lanes, weights and depth of the first packet.
+    /// Lanes, weights and depth of the first packet, and whether nothing has reflected it.
     #[inline(always)]
-    pub(super) fn front(&self) -> Option<(u32, V3<L>, u32)> {
-        self.packets.front().map(|packet| (packet.lanes, packet.weight, packet.depth))
+    pub(super) fn front(&self) -> Option<(u32, V3<L>, u32, bool)> {
+        self.packets.front().map(|packet| (packet.lanes, packet.weight, packet.depth, packet.straight))
     }
 
     /// Puts the first packet behind the others.

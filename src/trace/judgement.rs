@@ -10,7 +10,7 @@ use super::kernel::Tracer;
 use super::observer::Observer;
 use super::pixel_sum::{PixelSum, relative_error};
 use super::proof::ATTEMPTS;
-use crate::bound::interval::{alpha_allowed, excess, interval, proved, share_of_code};
+use crate::bound::interval::{alpha_allowed, alpha_proved, excess, interval, proved, share_of_code};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::math::{log2, pow};
 use crate::scene::world::Pruning;
@@ -48,6 +48,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn judge(&mut self, max_codes: u8, sum: &PixelSum<L>) {
         let standing = self.standing(sum);
+        let background = if self.is_transparent() { Some(self.background_seen(sum)) } else { None };
         let mut unproved = 0;
         let batch = self.proof.batch;
         for group in batch.groups(self.proof.unproved) {
@@ -60,18 +61,20 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 }
                 rays += standing.rays[sample];
             }
-            if omitted == [0.0; 3] {
+            let of_group = |all: &[f64; BATCH]| lanes_of(group).map(|sample| share * all[sample]).sum::<f64>();
+            let [clear, unseen] =
+                background.as_ref().map_or([0.0; 2], |background| background.each_ref().map(of_group));
+            if omitted == [0.0; 3] && unseen == 0.0 {
                 continue;
             }
             // No sample has more rays than all of them.
             let rounding = self.rounding(rays);
             let ends = interval(light, omitted, rounding);
-            let is_open = self.is_transparent() && self.is_alpha_open(group, max_codes);
-            let proved = if is_open { [false; 3] } else { self.is_proved(group, max_codes, ends) };
+            let proved = self.is_proved(group, max_codes, ends);
             // Where rounding alone may change a code, more rays do not help.
             let further = (0..3).any(|c| !proved[c] && omitted[c] > 0.5 * rounding * light[c]);
-            if further {
-                if self.is_within_reach(group, max_codes, ends, rays) {
+            if further || (unseen > 0.0 && !self.is_alpha_proved(group, max_codes, clear, unseen)) {
+                if self.is_within_reach(group, max_codes, ends, unseen, rays) {
                     unproved |= group;
                 } else {
                     self.proof.given_up |= group;
@@ -90,13 +93,21 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
     }
 
-    /// Whether the alpha of a group may be more off than it may.
+    /// Whether the alpha of a group is proved.
+    fn is_alpha_proved(&self, group: u32, max_codes: u8, clear: f64, unseen: f64) -> bool {
+        match self.width(group, max_codes) {
+            None => alpha_proved(clear, unseen, max_codes),
+            Some(width) => unseen <= width * alpha_allowed(max_codes),
+        }
+    }
+
+    /// How much each sample sees of a transparent background, and the most that it may have missed.
     #[inline(never)]
-    fn is_alpha_open(&self, group: u32, max_codes: u8) -> bool {
-        let mut all = [0.0; BATCH];
-        self.store_unseen(&mut all);
-        let unseen = lanes_of(group).map(|sample| all[sample]).sum::<f64>() / f64::from(group.count_ones());
-        unseen > self.width(group, max_codes).unwrap_or(1.0) * alpha_allowed(max_codes)
+    fn background_seen(&self, sum: &PixelSum<L>) -> [[f64; BATCH]; 2] {
+        let [mut clear, mut unseen] = [[0.0; BATCH]; 2];
+        self.store_clear(sum, &mut clear);
+        self.store_unseen(&mut unseen);
+        [clear, unseen]
     }
 
     /// The width that a group which is a part of its pixel must have; none if it is the whole.
@@ -110,7 +121,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Whether a group is likely proved before it has had all of its rays. What it misses falls as a power of the number of rays,
     /// which the rounds so far tell.
     #[inline(never)]
-    fn is_within_reach(&mut self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], rays: f64) -> bool {
+    fn is_within_reach(&mut self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], unseen: f64, rays: f64) -> bool {
         let count = |sample: usize| self.certificate_of(sample / L::COUNT).deferred.count(sample % L::COUNT);
         // A few rays are no explosion: they end at the depth that the picture is held against.
         if self.world.ceiling.reach.max_depth.is_some() && lanes_of(group).all(|sample| count(sample) <= CHAINS) {
@@ -125,7 +136,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         if rays < (FREE_SHARE * most_rays).max(1.5 * before.rays) {
             return true;
         }
-        let omitted = ends.iter().map(|[low, high]| f64::from(high - low)).fold(0.0, f64::max);
+        let omitted = ends.iter().map(|[low, high]| f64::from(high - low)).fold(unseen, f64::max);
         let rate = log2(before.omitted / omitted) / log2(rays / before.rays);
         self.proof.checkpoints[first] = Checkpoint { rays, omitted };
         // What is left are the skipped lights, which the next attempt does not skip.
@@ -139,6 +150,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 shares.into_iter().fold(1.0, |most, share| f64::max(most, share / width))
             }
         };
+        let excess = excess.max(unseen / (self.width(group, max_codes).unwrap_or(1.0) * alpha_allowed(max_codes)));
         before.rays == 0.0 || skipped > 0.5 * omitted || rays * pow(excess, 1.0 / rate.max(1e-3)) <= HOPE * most_rays
     }
 
@@ -189,6 +201,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     }
 
     /// Writes how much of a transparent background each sample may have missed.
+    #[inline(never)]
     fn store_unseen(&self, unseen: &mut [f64; BATCH]) {
         L::vectorize(
             self.s,
@@ -224,7 +237,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
 
     /// How much each sample sees of the background.
     #[inline(never)]
-    fn store_clear(&mut self, sum: &PixelSum<L>, clear: &mut [f64; BATCH]) {
+    fn store_clear(&self, sum: &PixelSum<L>, clear: &mut [f64; BATCH]) {
         L::vectorize(
             self.s,
             #[inline(always)]

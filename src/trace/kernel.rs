@@ -189,7 +189,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if seen != active {
             // Beyond the circle of a dome there is no scene.
             if self.is_transparent() {
-                sum.see_through(s, active & !seen, weight);
+                self.see_through(active & !seen, weight, sum);
             }
             if O::WATCHING {
                 self.observer.outside();
@@ -305,7 +305,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             let background = self.bounded(if V::DETAILS { own + background } else { background });
             sum.add(s, missed, background);
             if rays.straight && self.is_transparent() {
-                sum.see_through(s, missed, rays.weight);
+                self.see_through(missed, rays.weight, sum);
             }
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -412,6 +412,16 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 hits.coefficients(s, self.world, if filters { Some(&extents) } else { None })
             },
         )
+    }
+
+    /// Adds what rays of some lanes see of a transparent background.
+    #[inline(never)]
+    fn see_through(&self, lanes: u32, weight: V3<L>, sum: &mut PixelSum<L>) {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || sum.see_through(self.s, lanes, weight),
+        );
     }
 
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.

@@ -305,8 +305,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// deferred again.
     #[inline(always)]
     fn stays_deferred(&self) -> bool {
-        let Some((lanes, weight, depth)) = self.certificate.deferred.front() else { return false };
-        lanes & !self.unproved_lanes() == 0 && self.significant(weight, depth) & lanes == 0
+        let Some((lanes, weight, depth, straight)) = self.certificate.deferred.front() else { return false };
+        lanes & !self.unproved_lanes() == 0 && self.significant(weight, depth, straight) & lanes == 0
     }
 
     /// Goes on with the deferred rays of another packet.

@@ -55,7 +55,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         let w = rays.weight;
         rays.weight = V3 { x: w.x.min(max), y: w.y.min(max), z: w.z.min(max) };
         if !self.world.rules.spd_counts {
-            let significant = self.significant(rays.weight, rays.depth) & rays.active;
+            let significant = self.significant(rays.weight, rays.depth, rays.straight) & rays.active;
             let light = rays.active & !significant;
             if light != 0 {
                 self.defer(&rays, light);

@@ -210,13 +210,9 @@ fn pattern(pattern: &Pattern) -> Rgb {
     }
 }
 
-/// The most that rays see which hit nothing, and the fog in between. A transparent background counts as white, of which alpha tells how
-/// much is hidden.
+/// The most that rays see which hit nothing, and the fog in between.
 fn background<R: Real>(world: &World<R>) -> Rgb {
     let mut most = wide(world.background);
-    if world.transparent {
-        most = most.max(Rgb::ONE);
-    }
     if let Some(environment) = &world.environment {
         most = most.max(Rgb::from_array(environment.mipmap.brightest()) * environment.intensity);
     }

@@ -225,6 +225,99 @@ fn what_is_proved_holds_for_the_codes_shown() {
     }
 }
 
+/// The codes of files, alpha included where they have it.
+fn file_codes(film: &Film) -> Vec<u8> {
+    let png = encode(film, FileFormat::Png8);
+    let picture = image::load_from_memory_with_format(&png, ImageFormat::Png).unwrap();
+    let mut codes: Vec<u8> = film.shown().as_flattened().iter().map(|c| strahl::film::srgb::code8(*c)).collect();
+    if picture.color().has_alpha() {
+        codes.extend(picture.to_rgba8().pixels().map(|pixel| pixel.0[3]));
+    }
+    codes
+}
+
+#[test]
+fn what_is_proved_holds_for_alpha_and_backdrops() {
+    let sheets = |diffuse: f64, transmission: f64| {
+        json!({
+            "version": 1, "image": { "width": 24, "height": 18 }, "background": 0.3,
+            "camera": { "pinhole": { "eye": [0, 0.5, 5], "look_at": [0, 0, 0] } },
+            "lights": [{ "point": { "position": [4, 6, 5], "intensity": 2 } }],
+            "materials": { "glass": { "diffuse": diffuse, "reflection": 0.25, "transmission": transmission, "ior": 1.4 } },
+            "objects": [
+                { "sphere": { "center": [-0.6, 0, 0], "radius": 1, "material": "glass" } },
+                { "sphere": { "center": [0.8, 0.2, 0.5], "radius": 0.7, "material": "glass" } }
+            ]
+        })
+    };
+    let films = [
+        json!({ "background": "transparent" }),
+        json!({ "background": "transparent", "exposure": -3 }),
+        json!({ "background": "transparent", "exposure": 2 }),
+        json!({ "background": "transparent", "tone": "khronos_pbr_neutral" }),
+        json!({ "background": "transparent", "tone": "agx" }),
+        json!({ "background": "#ffffff" }),
+        json!({ "background": "#ffffff", "exposure": -3, "tone": "agx" }),
+    ];
+    let mut differing = 0;
+    for (film, [diffuse, transmission]) in films.iter().flat_map(|film| [[0.0, 0.7], [0.3, 0.5]].map(|m| (film, m))) {
+        let mut description = sheets(diffuse, transmission);
+        description["film"] = film.clone();
+        let render = |accuracy: Value, depth: u32, weight: f64| {
+            let fixed = accuracy.get("fixed").is_some();
+            json!({ "accuracy": accuracy, "antialias": false,
+                "max_depth": if fixed { json!(depth) } else { Value::Null }, "min_weight": if fixed { json!(weight) } else { Value::Null } })
+        };
+        let mut of = |accuracy: Value, depth: u32, weight: f64| {
+            description["render"] = render(accuracy, depth, weight);
+            description["render"].as_object_mut().unwrap().retain(|_, value| !value.is_null());
+            picture(&scene(description.clone(), "double"))
+        };
+        let truth = file_codes(&of(json!({ "fixed": {} }), 60, 1e-8).film);
+        let mut settings: Vec<(Value, u32, f64)> =
+            (0..3).map(|codes| (json!({ "proved": { "max_codes": codes } }), 0, 0.0)).collect();
+        settings.extend(
+            [(1, 0.0), (3, 0.0), (9, 0.3), (9, 0.03)].map(|(depth, weight)| (json!({ "fixed": {} }), depth, weight)),
+        );
+        for (accuracy, depth, weight) in settings {
+            let found = of(accuracy.clone(), depth, weight);
+            let (codes, proof) = (file_codes(&found.film), found.proof());
+            let off = codes.iter().zip(&truth).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+            assert!(off <= proof.max_codes, "{film} {accuracy} {depth} {weight}: {off} of {proof:?}");
+            differing += usize::from(off > 2);
+        }
+    }
+    assert!(differing > 20, "{differing}");
+}
+
+/// Where nothing but alpha is to be found out.
+#[test]
+fn black_bodies_have_as_many_samples_as_their_alpha_asks_for() {
+    let ball = |accuracy: Value| {
+        json!({
+            "version": 1, "image": { "width": 32, "height": 24 }, "film": { "background": "transparent" }, "lights": [], "ambient": 0,
+            "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+            "materials": { "black": { "diffuse": 0 } },
+            "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "black" } }],
+            "render": { "accuracy": accuracy }
+        })
+    };
+    let mut exact = ball(json!({ "fixed": {} }));
+    exact["render"]["samples"] = json!(1024);
+    let exact = picture(&scene(exact, "single")).film;
+    let worst =
+        |film: &Film| film.alpha.iter().zip(&exact.alpha).map(|(a, b)| 255.0 * (a - b).abs()).fold(0.0, f32::max);
+    let sampled = picture(&scene(ball(json!({ "statistical": { "half_width": 2, "confidence": 0.99 } })), "single"));
+    assert!(worst(&sampled.film) < 6.0, "{}", worst(&sampled.film));
+    // An edge of 16 samples.
+    let antialiased = picture(&scene(ball(json!({ "proved": { "max_codes": 1 } })), "single"));
+    assert!(worst(&antialiased.film) < 24.0, "{}", worst(&antialiased.film));
+    let scene = scene(ball(json!({ "rays": { "count": 200 } })), "single");
+    let (window, region) = (Window::whole(scene.width, scene.height), Region::whole(scene.width, scene.height));
+    let stopped = render_until(&scene, &window, region, &Control::default(), Stop::Rays(200)).unwrap();
+    assert!(stopped.sampling.widths.at_share(0.95).unwrap() > 4, "the estimate knows of alpha");
+}
+
 #[test]
 fn a_film_that_asks_for_nothing_costs_nothing() {
     let mut plain = scene_over(0.3);

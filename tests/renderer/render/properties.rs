@@ -96,7 +96,9 @@ fn picture(scene: &Value) -> Film {
 }
 
 fn count_differing(a: &Film, b: &Film) -> usize {
-    a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count()
+    assert_eq!(a.alpha.len(), b.alpha.len());
+    let of_alpha = a.alpha.iter().zip(&b.alpha).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+    of_alpha + a.pixels.iter().zip(&b.pixels).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count()
 }
 
 #[test]
@@ -194,6 +196,9 @@ fn threads_tiles_and_instruction_sets_do_not_change_a_byte() {
         let mut scene = random_scene(seed, 25);
         scene["render"]["antialias"] = json!(seed % 3 == 0);
         scene["render"]["precision"] = json!(if seed % 4 == 0 { "double" } else { "single" });
+        if seed % 2 == 0 {
+            scene["film"] = json!({ "background": "transparent" });
+        }
         let loaded = loaded(&scene);
         let expected = render_whole(&loaded);
         for tile in [1, 5, 16, 64] {

@@ -73,6 +73,13 @@ fn scene(seed: u64) -> Vec<u8> {
     serde_json::to_vec(&scene).unwrap()
 }
 
+/// The same before nothing, of which alpha tells how much is seen.
+fn transparent(seed: u64) -> Vec<u8> {
+    let mut scene: Value = serde_json::from_slice(&scene(seed)).unwrap();
+    scene["film"] = json!({ "background": "transparent" });
+    serde_json::to_vec(&scene).unwrap()
+}
+
 /// The same, where surfaces gather what others scatter.
 fn bleeding(seed: u64) -> Vec<u8> {
     let mut scene: Value = serde_json::from_slice(&scene(seed)).unwrap();
@@ -106,6 +113,8 @@ struct Tally {
     violations: u64,
     /// Off by more codes than were proved.
     codes: u64,
+    /// Alphas that are less with more rays.
+    clearer: u64,
     /// More than their bounds need to be, in all.
     slack: f64,
     error: f64,
@@ -116,9 +125,21 @@ impl AddAssign for Tally {
         self.channels += o.channels;
         self.violations += o.violations;
         self.codes += o.codes;
+        self.clearer += o.clearer;
         self.slack += o.slack;
         self.error += o.error;
     }
+}
+
+/// The least alpha of each pixel; empty where the background is opaque.
+fn least_alpha(picture: &Picture) -> Vec<f32> {
+    let mut least = picture.film.alpha.clone();
+    for bounded in picture.bounded.iter() {
+        if let Some(least) = least.get_mut(picture.film.region.index(bounded.at)) {
+            *least = bounded.least_alpha;
+        }
+    }
+    least
 }
 
 /// Holds a picture against one whose rays were followed further.
@@ -126,6 +147,19 @@ fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
     let proof = picture.proof();
     let (highest, deepest) = (picture.highest(), deep.highest());
     let deeper = deep.film.pixels.iter().zip(&deepest);
+    let [least, least_deep] = [picture, deep].map(least_alpha);
+    for (((alpha, least), deep), least_deep) in
+        picture.film.alpha.iter().zip(&least).zip(&deep.film.alpha).zip(&least_deep)
+    {
+        tally.channels += 1;
+        // The deep picture has seen more of the background, and not all of it.
+        let slack = roundings as f32;
+        tally.violations += u64::from(deep + slack < *least || *least_deep > alpha + slack);
+        tally.clearer += u64::from(deep + 0.001 < *alpha);
+        let nearest = alpha.clamp(*least_deep, *deep);
+        let codes = [nearest, *alpha].map(|alpha| (255.0 * f64::from(alpha)).round());
+        tally.codes += u64::from((codes[0] - codes[1]).abs() > f64::from(proof.max_codes));
+    }
     for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&highest).zip(deeper) {
         for c in 0..3 {
             tally.channels += 1;
@@ -195,6 +229,21 @@ fn no_pixel_of_random_scenes_leaves_its_bounds() {
     let tally = judge_all(&(0..SCENES).map(scene).collect::<Vec<_>>(), 1.0);
     assert!(tally.channels > 2_000_000, "{tally:?}");
     assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
+}
+
+#[test]
+fn no_alpha_of_random_scenes_leaves_its_bounds() {
+    let tally = judge_all(&(0..SCENES / 4).map(transparent).collect::<Vec<_>>(), 1.0);
+    assert!(tally.clearer > 1_000, "{tally:?}");
+    assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
+}
+
+/// The test above has teeth: if what is missed of the background counted half, it would fail.
+#[test]
+fn with_half_of_what_is_missed_alphas_leave_their_bounds() {
+    let tally = judge_all(&(0..SCENES / 8).map(transparent).collect::<Vec<_>>(), 0.5);
+    let opaque = judge_all(&(0..SCENES / 8).map(scene).collect::<Vec<_>>(), 0.5);
+    assert!(tally.violations > opaque.violations + 100, "{tally:?} {opaque:?}");
 }
 
 /// Also by way of mirrors and through glass.
