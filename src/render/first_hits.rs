@@ -12,7 +12,6 @@ use crate::trace::counts::RayCounts;
 use crate::trace::hits::Hits;
 use crate::trace::kernel::Tracer;
 use crate::trace::pixel::Samples;
-use crate::trace::pixel_sum::PixelSum;
 use crate::trace::ray_packet::RayPacket;
 use crate::trace::variants::General;
 
@@ -142,14 +141,14 @@ impl<'a, L: Lanes> Pass<'a, L> {
     fn samples(&mut self, packet: &[[u32; 2]], colors: bool, out: &mut Vec<Sampled>) {
         let s = self.s;
         let active = ((1u64 << packet.len()) - 1) as u32;
-        let (mut sum, share) = (PixelSum::black(s), L::lit(s, 1.0 / f64::from(SAMPLES)));
+        let share = L::lit(s, 1.0 / f64::from(SAMPLES));
         let mut albedo = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let mut counts = [[Counts::default(); 2]; MAX_LANES];
         for sample in 0..SAMPLES {
             self.tracer.begin_batch(&SampleBatch::of_pixels(packet, sample, Samples::of_picture(SAMPLES)), 0);
             self.tracer.begin_samples(active);
             let (x, y) = (self.tracer.coordinates(0), self.tracer.coordinates(1));
-            self.tracer.sample(x, y, active, &mut self.rays, &mut self.hits, &mut sum);
+            self.tracer.sample(x, y, active, &mut self.rays, &mut self.hits);
             if !self.tracer.first_hits(&self.rays, &mut self.hits) {
                 continue;
             }

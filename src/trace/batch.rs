@@ -175,7 +175,7 @@ pub(crate) fn trace_batch<L: Lanes, O: Observer<L>, V: Variant>(
             }
             tracer.begin_samples(active);
             let (x, y) = (tracer.coordinates(0), tracer.coordinates(1));
-            tracer.sample(x, y, active, &mut rays, hits, &mut sum);
+            tracer.sample(x, y, active, &mut rays, hits);
         } else if tracer.prove(hits, &mut sum) {
             if !tracer.pop(&mut rays) {
                 continue;

@@ -21,7 +21,9 @@ use crate::trace::variants::Variant;
 pub(super) struct Certificate<L: Lanes> {
     /// R so far, without the deferred rays.
     pub(super) omitted: V3<L>,
-    /// The share of a transparent background that omitted rays could see, without the deferred ones.
+    /// The share of a transparent background that is seen.
+    pub(super) clear: L,
+    /// That which omitted rays could see, without the deferred ones.
     pub(super) unseen: L,
     /// Most light that the skipped lights could have added.
     pub(super) skipped_light: L,
@@ -46,6 +48,7 @@ impl<L: Lanes> Certificate<L> {
         let zero = L::lit(s, 0.0);
         Self {
             omitted: V3 { x: zero, y: zero, z: zero },
+            clear: zero,
             unseen: zero,
             skipped_light: zero,
             skipped_light_limit: zero,
@@ -63,7 +66,7 @@ impl<L: Lanes> Certificate<L> {
     pub(super) fn begin(&mut self, s: L::Simd, most_deferred: u32) {
         let zero = L::lit(s, 0.0);
         self.omitted = V3 { x: zero, y: zero, z: zero };
-        (self.unseen, self.skipped_light) = (zero, zero);
+        (self.clear, self.unseen, self.skipped_light) = (zero, zero, zero);
         self.rays = zero;
         self.deferred.begin(most_deferred);
         self.this_round = 0;
@@ -147,6 +150,20 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     pub(super) fn upper_bound(&self, weight: V3<L>, depth: u32) -> V3<L> {
         let ceiling = self.world.ceiling.of(self.rays_left(depth));
         weight.times(V3::splat(self.s, ceiling.map(L::Real::from_f64)))
+    }
+
+    /// Adds what rays of some lanes see of a transparent background: the mean of the channels of what its light is multiplied with.
+    #[inline(never)]
+    pub(super) fn see_through(&mut self, lanes: u32, weight: V3<L>) {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                let clear = self.certificate.clear;
+                let share = (weight.x + weight.y + weight.z) * L::lit(self.s, 1.0 / 3.0);
+                self.certificate.clear = L::select(L::mask(self.s, lanes), clear + share, clear);
+            },
+        );
     }
 
     /// The share of a transparent background that rays of a weight and a depth can see.

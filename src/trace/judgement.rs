@@ -48,7 +48,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn judge(&mut self, max_codes: u8, sum: &PixelSum<L>) {
         let standing = self.standing(sum);
-        let background = if self.is_transparent() { Some(self.background_seen(sum)) } else { None };
+        let background = if self.is_transparent() { Some(self.background_seen()) } else { None };
         let mut unproved = 0;
         let batch = self.proof.batch;
         for group in batch.groups(self.proof.unproved) {
@@ -103,9 +103,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
 
     /// How much each sample sees of a transparent background, and the most that it may have missed.
     #[inline(never)]
-    fn background_seen(&self, sum: &PixelSum<L>) -> [[f64; BATCH]; 2] {
+    fn background_seen(&self) -> [[f64; BATCH]; 2] {
         let [mut clear, mut unseen] = [[0.0; BATCH]; 2];
-        self.store_clear(sum, &mut clear);
+        self.store_clear(&mut clear);
         self.store_unseen(&mut unseen);
         [clear, unseen]
     }
@@ -226,7 +226,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     pub(super) fn store_light(&mut self, sum: &PixelSum<L>, brought: &mut BatchLight) {
         (brought.incomplete, brought.given_up) = (0, 0);
         if self.is_transparent() {
-            self.store_clear(sum, &mut brought.clear);
+            self.store_clear(&mut brought.clear);
         }
         if self.proof.waiting.is_empty() && self.incomplete() & L::ALL == 0 {
             sum.store(&mut brought.light, 0);
@@ -235,16 +235,15 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
     }
 
-    /// How much each sample sees of the background.
+    /// Writes how much each sample sees of the background.
     #[inline(never)]
-    fn store_clear(&self, sum: &PixelSum<L>, clear: &mut [f64; BATCH]) {
+    fn store_clear(&self, clear: &mut [f64; BATCH]) {
         L::vectorize(
             self.s,
             #[inline(always)]
             || {
                 for packet in 0..self.proof.packets() {
-                    let sum = if packet == self.proof.packet { sum } else { &self.proof.waiting[packet].sum };
-                    sum.store_clear(clear, packet * L::COUNT);
+                    store(self.certificate_of(packet).clear, clear, packet * L::COUNT);
                 }
             },
         );

@@ -145,18 +145,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         self.observer
     }
 
-    /// Makes `rays` the camera rays of the samples at (x, y), in pixels from the upper left corner. What lies outside of the
-    /// picture's circle is added to `sum`.
+    /// Makes `rays` the camera rays of the samples at (x, y), in pixels from the upper left corner.
     #[inline(always)]
-    pub(crate) fn sample(
-        &mut self,
-        x: L,
-        y: L,
-        active: u32,
-        rays: &mut RayPacket<L>,
-        hits: &mut Hits<L>,
-        sum: &mut PixelSum<L>,
-    ) {
+    pub(crate) fn sample(&mut self, x: L, y: L, active: u32, rays: &mut RayPacket<L>, hits: &mut Hits<L>) {
         let s = self.s;
         self.stack.clear();
         if V::DETAILS {
@@ -189,7 +180,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if seen != active {
             // Beyond the circle of a dome there is no scene.
             if self.is_transparent() {
-                self.see_through(active & !seen, weight, sum);
+                self.see_through(active & !seen, weight);
             }
             if O::WATCHING {
                 self.observer.outside();
@@ -305,7 +296,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             let background = self.bounded(if V::DETAILS { own + background } else { background });
             sum.add(s, missed, background);
             if rays.straight && self.is_transparent() {
-                self.see_through(missed, rays.weight, sum);
+                self.see_through(missed, rays.weight);
             }
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -412,16 +403,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 hits.coefficients(s, self.world, if filters { Some(&extents) } else { None })
             },
         )
-    }
-
-    /// Adds what rays of some lanes see of a transparent background.
-    #[inline(never)]
-    fn see_through(&self, lanes: u32, weight: V3<L>, sum: &mut PixelSum<L>) {
-        L::vectorize(
-            self.s,
-            #[inline(always)]
-            || sum.see_through(self.s, lanes, weight),
-        );
     }
 
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.

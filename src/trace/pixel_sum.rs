@@ -13,8 +13,6 @@ pub(crate) struct PixelSum<L: Lanes> {
     rounded: V3<L>,
     /// The sum of the errors of its additions.
     errors: V3<L>,
-    /// The share of a transparent background that is seen.
-    clear: L,
 }
 
 impl<L: Lanes> PixelSum<L> {
@@ -22,7 +20,7 @@ impl<L: Lanes> PixelSum<L> {
     #[inline(always)]
     pub(crate) fn black(s: L::Simd) -> Self {
         let black = V3::splat(s, [L::Real::default(); 3]);
-        Self { rounded: black, errors: black, clear: L::lit(s, 0.0) }
+        Self { rounded: black, errors: black }
     }
 
     /// Adds light to some lanes.
@@ -36,28 +34,12 @@ impl<L: Lanes> PixelSum<L> {
         self.rounded = sum;
     }
 
-    /// Adds to the share of the background that some lanes see: the mean of the channels of what its light is multiplied with.
-    #[inline(always)]
-    pub(super) fn see_through(&mut self, s: L::Simd, lanes: u32, weight: V3<L>) {
-        let share = (weight.x + weight.y + weight.z) * L::lit(s, 1.0 / 3.0);
-        self.clear = L::select(L::mask(s, lanes), self.clear + share, self.clear);
-    }
-
     /// Begins again with some lanes.
     #[inline(always)]
     pub(super) fn clear(&mut self, s: L::Simd, lanes: u32) {
         let (black, mask) = (V3::splat(s, [L::Real::default(); 3]), L::mask(s, lanes));
         self.rounded = V3::select(mask, black, self.rounded);
         self.errors = V3::select(mask, black, self.errors);
-        self.clear = L::select(mask, L::lit(s, 0.0), self.clear);
-    }
-
-    /// Writes the shares of the background that are seen, from sample `first` on.
-    #[inline(always)]
-    pub(super) fn store_clear(&self, clear: &mut [f64; MAX_LANES], first: usize) {
-        let mut parts = [L::Real::default(); MAX_LANES];
-        self.clear.store(&mut parts);
-        clear[first..first + L::COUNT].iter_mut().zip(&parts).for_each(|(clear, part)| *clear = part.to_f64());
     }
 
     /// Writes the sums with the bits that the kernel's format does not hold, channel by channel, from sample `first` on.

@@ -433,6 +433,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             let lanes = self.unproved_lanes();
             sum.clear(s, lanes);
             let (mask, certificate) = (L::mask(s, lanes), &mut self.certificate);
+            certificate.clear = L::select(mask, zero, certificate.clear);
             let black = V3 { x: zero, y: zero, z: zero };
             certificate.omitted = V3::select(mask, black, certificate.omitted);
             certificate.unseen = L::select(mask, zero, certificate.unseen);
