@@ -3958,7 +3958,7 @@ export interface components {
             precision?: components["schemas"]["Precision"];
             /**
              * Format: uint32
-             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all; with an alpha channel 64.
+             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all.
              */
             samples?: number | null;
             /**
