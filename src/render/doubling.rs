@@ -267,7 +267,7 @@ impl<R: KernelFormat> Patch<'_, R> {
         let open: Vec<(u32, [u32; 2])> = bounded
             .iter()
             .map(|bounded| (self.sums[self.around.index(bounded.at)], bounded.at))
-            .filter(|(sums, _)| sums.mean().is_unproved(display, max_codes))
+            .filter(|(sums, _)| sums.is_unproved(display, max_codes))
             .map(|(sums, at)| (sums.samples, at))
             .collect();
         let mut counts: Vec<u32> = open.iter().map(|(samples, _)| *samples).collect();

@@ -164,10 +164,10 @@ fn show_pixels<R: Real>(
         out.alpha.extend((0..pixels.len()).map(|pixel| sums.pixel(pixel).alpha()));
     }
     for pixel in lanes_of(sums.incomplete()) {
-        let sums = sums.pixel(pixel);
-        let (shown, highest) = show_bounded(job, &sums.mean());
+        let (shown, highest) = show_bounded(job, &sums.mean(pixel));
+        let least_alpha = if job.world.transparent { sums.pixel(pixel).least_alpha() } else { 0.0 };
         out.pixels[first + pixel] = shown;
-        bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha: least_alpha(job, &sums) });
+        bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha });
     }
 }
 
@@ -188,12 +188,8 @@ pub(super) fn show_pixel<R: Real>(
     }
     let (shown, highest) = show_bounded(job, &mean);
     out.pixels.push(shown);
-    bounded.push(BoundedPixel { at, highest, least_alpha: least_alpha(job, sums) });
-}
-
-/// The least alpha of a pixel that may miss light; 0 where the background is opaque.
-fn least_alpha<R: Real>(job: &TraceJob<'_, R>, sums: &PixelSums) -> f32 {
-    if job.world.transparent { sums.least_alpha() } else { 0.0 }
+    let least_alpha = if job.world.transparent { sums.least_alpha() } else { 0.0 };
+    bounded.push(BoundedPixel { at, highest, least_alpha });
 }
 
 /// What is shown of a pixel that may miss light, and its upper bound.

@@ -120,26 +120,13 @@ pub(crate) struct PixelMean {
     pub(crate) light: [f64; 3],
     /// The most light that it lacks.
     pub(crate) omitted: [f64; 3],
-    /// How much it sees of a transparent background, and the most that it may have missed.
-    clear: f64,
-    unseen: f64,
     /// The relative rounding error.
     pub(crate) rounding: f64,
     /// The means of both halves of the samples; one sample has no second half.
     pub(super) halves: [[f64; 3]; 2],
-    given_up: bool,
 }
 
 impl PixelMean {
-    /// Whether it may be more than `max_codes` off, though its proof was not given up.
-    pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
-        let is_proved = || {
-            let of_light = proved(display, self.ends(), max_codes).into_iter().all(|is_proved| is_proved);
-            of_light && (self.unseen == 0.0 || alpha_proved(self.clear, self.unseen, max_codes))
-        };
-        self.is_incomplete() && !self.given_up && !is_proved()
-    }
-
     /// Whether light was omitted.
     pub(super) fn is_incomplete(&self) -> bool {
         self.omitted != [0.0; 3]
@@ -248,7 +235,9 @@ impl SampleSums {
             for c in 0..3 {
                 self.omitted[c][pixel] += brought.omitted[c][sample];
             }
-            self.unseen[pixel] += brought.unseen[sample];
+            if self.is_transparent {
+                self.unseen[pixel] += brought.unseen[sample];
+            }
             self.rounding[pixel] = self.rounding[pixel].max(brought.rounding[sample]);
             self.incomplete |= (brought.incomplete >> sample & 1) << pixel;
             self.given_up |= (brought.given_up >> sample & 1) << pixel;
@@ -290,7 +279,7 @@ impl SampleSums {
     /// The pixels that may be more than `max_codes` off, though none of their proofs was given up.
     fn unproved(&self, among: u32, display: &Display, max_codes: u8) -> u32 {
         lanes_of(among)
-            .filter(|pixel| self.mean(*pixel).is_unproved(display, max_codes))
+            .filter(|pixel| self.pixel(*pixel).is_unproved(display, max_codes))
             .fold(0, |unproved, pixel| unproved | 1 << pixel)
     }
 }
@@ -329,15 +318,24 @@ impl PixelSums {
         PixelMean {
             light: self.light.map(|light| light * share),
             omitted: self.omitted.map(|light| light * share),
-            clear: self.clear[0] * share,
-            unseen: self.unseen * share,
             rounding: if self.rounding == 0.0 { 0.0 } else { self.rounding + count * f64::EPSILON },
             halves: [
                 std::array::from_fn(|c| (self.light[c] - self.second[c]) / first),
                 self.second.map(|light| light / (count - first)),
             ],
-            given_up: self.given_up,
         }
+    }
+
+    /// Whether it may be more than `max_codes` off, though its proof was not given up.
+    pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
+        let mean = self.mean();
+        let is_proved = || {
+            let of_light = proved(display, mean.ends(), max_codes).into_iter().all(|is_proved| is_proved);
+            let [clear, unseen] = [self.clear[0], self.unseen].map(|share| share / f64::from(self.samples));
+            of_light && (unseen == 0.0 || alpha_proved(clear, unseen, max_codes))
+        };
+        let lacks = mean.is_incomplete() || self.unseen != 0.0;
+        lacks && !self.given_up && !is_proved()
     }
 
     /// Adds as many samples as there are, or the first ones.
@@ -435,13 +433,12 @@ pub(crate) fn trace_pixel_samples<L: Lanes, O: Observer<L>, V: Variant>(
             trace_samples(tracer, &[at], hits, &mut sums, &mut LaneCounts::default());
             all.append(&sums.pixel(0));
         }
-        let mean = all.mean();
         match tracer.pruning {
             // Runs are proved, each for itself, but not their mean.
-            Pruning::Proved { max_codes } if is_adaptive && mean.is_unproved(tracer.display(), max_codes) => {
+            Pruning::Proved { max_codes } if is_adaptive && all.is_unproved(tracer.display(), max_codes) => {
                 (is_adaptive, parts) = (false, vec![Samples::of_picture(count)]);
             }
-            _ => return mean,
+            _ => return all.mean(),
         }
     }
 }

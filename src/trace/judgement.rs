@@ -263,7 +263,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 brought.given_up = self.proof.given_up;
                 for sample in lanes_of(self.proof.batch.all()) {
                     brought.rounding[sample] = 0.0;
-                    if (0..3).any(|c| brought.omitted[c][sample] > 0.0) {
+                    let lacks_background = self.is_transparent() && brought.unseen[sample] > 0.0;
+                    if lacks_background || (0..3).any(|c| brought.omitted[c][sample] > 0.0) {
                         brought.incomplete |= 1 << sample;
                         brought.rounding[sample] = self.rounding(standing.rays[sample]);
                     }

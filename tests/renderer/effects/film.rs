@@ -256,8 +256,8 @@ fn what_is_proved_holds_for_alpha_and_backdrops() {
         json!({ "background": "transparent", "exposure": 2 }),
         json!({ "background": "transparent", "tone": "khronos_pbr_neutral" }),
         json!({ "background": "transparent", "tone": "agx" }),
-        json!({ "background": "#ffffff" }),
-        json!({ "background": "#ffffff", "exposure": -3, "tone": "agx" }),
+        json!({ "background": { "color": [1, 1, 1] } }),
+        json!({ "background": { "color": [1, 1, 1] }, "exposure": -3, "tone": "agx" }),
     ];
     let mut differing = 0;
     for (film, [diffuse, transmission]) in films.iter().flat_map(|film| [[0.0, 0.7], [0.3, 0.5]].map(|m| (film, m))) {

@@ -148,17 +148,19 @@ fn hold(picture: &Picture, deep: &Picture, roundings: f64, tally: &mut Tally) {
     let (highest, deepest) = (picture.highest(), deep.highest());
     let deeper = deep.film.pixels.iter().zip(&deepest);
     let [least, least_deep] = [picture, deep].map(least_alpha);
-    for (((alpha, least), deep), least_deep) in
-        picture.film.alpha.iter().zip(&least).zip(&deep.film.alpha).zip(&least_deep)
-    {
+    // Where light is brighter than alpha, files have more alpha.
+    let raised = |alpha: f32, light: [f32; 3]| light.into_iter().fold(alpha, f32::max).min(1.0);
+    for (i, alpha) in picture.film.alpha.iter().enumerate() {
+        let (deep_alpha, slack) = (deep.film.alpha[i], roundings as f32);
         tally.channels += 1;
         // The deep picture has seen more of the background, and not all of it.
-        let slack = roundings as f32;
-        tally.violations += u64::from(deep + slack < *least || *least_deep > alpha + slack);
-        tally.clearer += u64::from(deep + 0.001 < *alpha);
-        let nearest = alpha.clamp(*least_deep, *deep);
-        let codes = [nearest, *alpha].map(|alpha| (255.0 * f64::from(alpha)).round());
-        tally.codes += u64::from((codes[0] - codes[1]).abs() > f64::from(proof.max_codes));
+        tally.violations += u64::from(deep_alpha + slack < least[i] || least_deep[i] > alpha + slack);
+        tally.clearer += u64::from(deep_alpha + 0.001 < *alpha);
+        let file = raised(*alpha, picture.film.pixels[i]);
+        let [low, high] = [raised(least_deep[i], deep.film.pixels[i]), raised(deep_alpha, deepest[i])];
+        let [file, nearest] =
+            [file, file.clamp(low - slack, high + slack)].map(|alpha| (255.0 * f64::from(alpha)).round());
+        tally.codes += u64::from((file - nearest).abs() > f64::from(proof.max_codes));
     }
     for ((shown, highest), (deep, deepest)) in picture.film.pixels.iter().zip(&highest).zip(deeper) {
         for c in 0..3 {
