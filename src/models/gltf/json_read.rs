@@ -143,6 +143,8 @@ struct Elements<'a> {
 }
 
 impl Elements<'_> {
+    // The code for each kind of element is large, and inlined it would be one function of 100 kB.
+    #[inline(never)]
     fn of<T: for<'de> Deserialize<'de>>(&mut self, list: &str, elements: Vec<&RawValue>) -> Vec<T> {
         let most = ELEMENTS.min(ELEMENT_BYTES / size_of::<T>().max(1));
         if elements.len() > most {
