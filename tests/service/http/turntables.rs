@@ -204,7 +204,7 @@ fn data_uris_have_all_of_their_forms() {
 fn pictures_from_all_around_have_the_warnings_of_the_model() {
     let service = Service::start(&[]);
     let query = "width=16&height=16";
-    let extensions = json!({ "KHR_materials_anisotropy": {} });
+    let extensions = json!({ "KHR_materials_anisotropy": { "anisotropyStrength": 0.5 } });
     let brushed = with_material(&extensions, &json!({ "bufferView": 2 }), &picture_file(ImageFormat::Png));
     let warned = of_model(&service, query, &brushed);
     let expected = warned.header("render-warnings");
