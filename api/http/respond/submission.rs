@@ -3,7 +3,6 @@
 use super::job::shown;
 use super::{blocking, put};
 use crate::http::auth::tenant::Tenant;
-use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::prefer::Prefer;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::{App, AppState};
@@ -64,16 +63,15 @@ pub(crate) async fn claim(
     }
 }
 
-/// Submits a job. `part` is where its scene is in the body.
+/// Submits a job.
 pub(crate) async fn submitted(
     app: &AppState,
     tenant: &Tenant,
-    (wanted, part): (WantedJob, BodyPart),
+    wanted: WantedJob,
     claim: Option<Claim>,
 ) -> Result<Arc<Job>, Problem> {
     let task = tenant.task(Class::Renders);
-    let submitted = app.service.submit(task, tenant.quotas.jobs, wanted, claim).await;
-    submitted.map_err(|error| match part.error(error) {
+    app.service.submit(task, tenant.quotas.jobs, wanted, claim).await.map_err(|error| match error {
         // What helps against a render's deadline does not help where a scene was not built in time.
         Error::Deadline(detail) => {
             let ways = "nothing was submitted; send the job again when less is rendered, or a scene with less in it";

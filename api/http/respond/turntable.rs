@@ -4,7 +4,6 @@
 use super::job::until_final;
 use super::sequence;
 use super::submission::{Claimed, accepted, claim, submitted, wishes_of};
-use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -116,7 +115,7 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
                 wishes: wishes_of(&app, &tenant, None, None)?,
             };
             drop(body);
-            submitted(&app, &tenant, (wanted, BodyPart::default()), claim).await?
+            submitted(&app, &tenant, wanted, claim).await?
         }
     };
     until_final(&app, &job, app.service.settings.answers.timeout).await;

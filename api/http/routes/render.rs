@@ -2,7 +2,6 @@
 
 use crate::http::auth::client::Client;
 use crate::http::extract::accept;
-use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -202,7 +201,7 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
             drop((body, whole));
             let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
             let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };
-            submitted(&app, &tenant, (wanted, BodyPart::default()), claim).await?
+            submitted(&app, &tenant, wanted, claim).await?
         }
     };
     until_final(&app, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;

@@ -39,13 +39,14 @@ struct Checked {
 }
 
 impl Service {
-    /// The record of a job of the frames of a checked sequence, and the text of its sequence and its scene.
+    /// The record of a job of frames, and the text of its sequence and its scene.
     pub(super) fn check_sequence(
         &self,
         work: &Work,
         wanted: WantedJob,
         sequence: &Sequence,
     ) -> Result<(Record, Vec<u8>), Error> {
+        sequence.check()?;
         let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
         let sent = SentScene::new(&scene, &form, &overrides);
         let Checked { common, price, scene_bytes, progressive } = self.check_frames(work, &sent, sequence)?;

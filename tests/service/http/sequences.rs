@@ -209,7 +209,7 @@ fn every_frame_is_checked_before_the_job_is_accepted() {
     let problem =
         refused(json!({ "patches": [{}, {}, { "materials": { "red": { "ior": -1 } } }] }), 422, "invalid-scene");
     let error = &problem["errors"][0];
-    assert_eq!(error["pointer"], "#/scene/materials/red/ior", "{problem}");
+    assert_eq!(error["pointer"], "#/materials/red/ior", "{problem}");
     assert!(text(&error["detail"]).contains("frame 2"), "{problem}");
     let problem = refused(json!({ "count": 1_000_000_000 }), 422, "invalid-scene");
     assert_eq!(problem["errors"][0]["pointer"], "#/frames/count", "{problem}");

@@ -1,7 +1,6 @@
 //! `POST /v1/jobs`: submits a job.
 
 use crate::http::contract::{example_scene, scene_reference};
-use crate::http::extract::body_part::BodyPart;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
@@ -130,7 +129,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
             let (scene, form, labels) = (text.as_ref().to_vec(), Form::Whole(format), Vec::new());
             let wishes = wishes_of(&app, &tenant, None, None)?;
             let FileSettings { overrides, output, frames, priority } = settings;
-            (WantedJob { scene, form, frames, overrides, output, priority, labels, wishes }, BodyPart::default())
+            WantedJob { scene, form, frames, overrides, output, priority, labels, wishes }
         }
         None => wanted(&app, &tenant, text.as_ref())?,
     };
@@ -186,8 +185,7 @@ fn job_body() -> Body {
     Body::json::<JobRequest<'_>>(about).example(example).or_files()
 }
 
-/// The job that a body asks for, and where its scene is.
-fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<(WantedJob, BodyPart), Problem> {
+fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Problem> {
     let request: JobRequest<'_> = json_body::read(text, r#"the body is {"scene": {...}, "settings": {...}, ...}"#)?;
     let JobRequest { scene, frames, settings, output, priority, labels, webhook, store } = request;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
@@ -207,10 +205,6 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<(WantedJob, Bo
     let output = query.output();
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
-    if let Some(sequence) = &frames {
-        sequence.check().map_err(|problems| Problem::scene(&problems))?;
-    }
-    let part = BodyPart::of(text, "/scene".into(), scene);
     let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
-    Ok((WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels, wishes }, part))
+    Ok(WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels, wishes })
 }
