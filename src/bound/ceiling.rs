@@ -123,7 +123,7 @@ impl Ceiling {
 
     /// The most that a ray sees of a transparent background which begins a chain of at most `rays`: nothing where it is of none.
     pub fn clear(&self, rays: u32) -> f64 {
-        if self.of(rays) == [0.0; 3] { 0.0 } else { self.clear }
+        if rays == 0 && self.reach.max_depth.is_some() { 0.0 } else { self.clear }
     }
 
     /// Multiplies it. Tests use it to see that a ceiling which is too low is noticed.

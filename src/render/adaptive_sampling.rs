@@ -163,14 +163,18 @@ pub(super) fn trace<R: KernelFormat>(
         if job.world.transparent {
             out.alpha.push(pixel.alpha as f32);
         }
+        let least_alpha = pixel.least_alpha as f32;
         if mean == highest {
             out.pixels.push(mean);
+            if least_alpha < pixel.alpha as f32 {
+                bounded.push(BoundedPixel { at, highest, least_alpha });
+            }
             continue;
         }
         let ends = std::array::from_fn(|c| [mean[c].next_down().max(0.0), highest[c].next_up()]);
         let (shown, highest) = show(&job.world.display, mean.map(f64::from), ends, job.pruning);
         out.pixels.push(shown);
-        bounded.push(BoundedPixel { at, highest, least_alpha: pixel.least_alpha as f32 });
+        bounded.push(BoundedPixel { at, highest, least_alpha });
     }
     out.bounded.add(bounded);
 }

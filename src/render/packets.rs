@@ -183,7 +183,7 @@ pub(super) fn show_pixel<R: Real>(
         out.alpha.push(sums.alpha());
     }
     let mean = sums.mean();
-    if !mean.is_incomplete() {
+    if !sums.is_incomplete() {
         return out.pixels.push(mean.light.map(|channel| channel as f32));
     }
     let (shown, highest) = show_bounded(job, &mean);

@@ -177,14 +177,15 @@ impl PartialPicture {
     /// can be estimated.
     pub(super) fn filled(self, ladder: &Ladder, tells: bool) -> Traced {
         let widths = if tells { self.all_widths(ladder) } else { Vec::new() };
-        let Self { region, shown, highest, least_alpha, levels, rays, .. } = self;
+        let Self { region, shown, alpha, highest, least_alpha, levels, rays, .. } = self;
         let rows = shown.par_chunks(region.width as usize).zip(region.y..region.y + region.height);
         let of_row = |(row, y): (&[[f32; 3]], u32)| -> Vec<BoundedPixel> {
             let of_pixel = |(shown, x): (&[f32; 3], u32)| {
                 let index = region.index([x, y]);
                 let highest = if levels[index] == 0 { [f32::INFINITY; 3] } else { highest[index] };
                 let least_alpha = least_alpha.get(index).copied().unwrap_or_default();
-                (highest != *shown).then_some(BoundedPixel { at: [x, y], highest, least_alpha })
+                let is_open = highest != *shown || alpha.get(index).is_some_and(|alpha| least_alpha < *alpha);
+                is_open.then_some(BoundedPixel { at: [x, y], highest, least_alpha })
             };
             row.iter().zip(region.x..).filter_map(of_pixel).collect()
         };

@@ -127,11 +127,6 @@ pub(crate) struct PixelMean {
 }
 
 impl PixelMean {
-    /// Whether light was omitted.
-    pub(super) fn is_incomplete(&self) -> bool {
-        self.omitted != [0.0; 3]
-    }
-
     /// The interval in which the light of recursion without end lies.
     pub(crate) fn ends(&self) -> [[f32; 2]; 3] {
         interval(self.light, self.omitted, self.rounding)
@@ -326,6 +321,11 @@ impl PixelSums {
         }
     }
 
+    /// Whether light was omitted, or what is seen of a transparent background.
+    pub(super) fn is_incomplete(&self) -> bool {
+        self.omitted != [0.0; 3] || self.unseen != 0.0
+    }
+
     /// Whether it may be more than `max_codes` off, though its proof was not given up.
     pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
         let mean = self.mean();
@@ -334,8 +334,7 @@ impl PixelSums {
             let [clear, unseen] = [self.clear[0], self.unseen].map(|share| share / f64::from(self.samples));
             of_light && (unseen == 0.0 || alpha_proved(clear, unseen, max_codes))
         };
-        let lacks = mean.is_incomplete() || self.unseen != 0.0;
-        lacks && !self.given_up && !is_proved()
+        self.is_incomplete() && !self.given_up && !is_proved()
     }
 
     /// Adds as many samples as there are, or the first ones.

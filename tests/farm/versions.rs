@@ -93,7 +93,8 @@ fn no_picture_is_made_by_two_versions() {
     let mut versions = BTreeSet::new();
     // Which front takes a job is chance. Jobs come until each version has made a picture.
     for round in 0..20 {
-        let sizes: Vec<String> = (0..6).map(|at| format!(r#""settings": {{ "width": {} }}"#, 200 + 6 * round + at)).collect();
+        let sizes: Vec<String> =
+            (0..6).map(|at| format!(r#""settings": {{ "width": {} }}"#, 200 + 6 * round + at)).collect();
         let ids: Vec<String> = sizes.iter().enumerate().map(|(at, size)| submit(&fronts[at % 2], size)).collect();
         for (id, size) in ids.iter().zip(&sizes) {
             // Both versions make the same pixels here, or this could not be compared.

@@ -318,6 +318,44 @@ fn black_bodies_have_as_many_samples_as_their_alpha_asks_for() {
     assert!(stopped.sampling.widths.at_share(0.95).unwrap() > 4, "the estimate knows of alpha");
 }
 
+/// Where there is no light, what rays have missed of the background is said all the same.
+#[test]
+fn without_light_what_alpha_may_lack_is_known() {
+    let ball = |render: Value| {
+        let description = json!({
+            "version": 1, "image": { "width": 16, "height": 12 }, "film": { "background": "transparent" }, "lights": [], "ambient": 0,
+            "background": 0, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+            "materials": { "glass": { "diffuse": 0, "reflection": 0.2, "transmission": 0.7, "ior": 1.4 } },
+            "objects": [
+                { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "glass" } },
+                { "sphere": { "center": [0.3, 0, -3], "radius": 1, "material": "glass" } }
+            ],
+            "render": render
+        });
+        scene(description, "double")
+    };
+    let fixed = |max_depth: u32, samples: u32| {
+        ball(
+            json!({ "accuracy": { "fixed": {} }, "max_depth": max_depth, "min_weight": 0, "antialias": false, "samples": samples }),
+        )
+    };
+    let hold = |found: &Picture, truth: &Picture, least: f32| {
+        let (found_alpha, alpha) = (&found.film.alpha, &truth.film.alpha);
+        let off = found_alpha.iter().zip(alpha).map(|(a, b)| 255.0 * (a - b).abs()).fold(0.0, f32::max);
+        let proof = found.proof();
+        assert!(off > least && off < f32::from(proof.max_codes) + 0.5, "{off} {proof:?}");
+    };
+    let truth = picture(&fixed(40, 1));
+    hold(&picture(&fixed(1, 1)), &truth, 100.0);
+    hold(&picture(&fixed(2, 1)), &truth, 100.0);
+    hold(&picture(&fixed(3, 1)), &truth, 2.0);
+    hold(&picture(&fixed(3, 16)), &picture(&fixed(40, 16)), 2.0);
+    let shortened = ball(json!({ "accuracy": { "rays": { "count": 60 } }, "antialias": false }));
+    let (window, region) = (Window::whole(16, 12), Region::whole(16, 12));
+    let stopped = render_until(&shortened, &window, region, &Control::default(), Stop::Rays(60)).unwrap();
+    hold(&stopped, &truth, 100.0);
+}
+
 #[test]
 fn a_film_that_asks_for_nothing_costs_nothing() {
     let mut plain = scene_over(0.3);
