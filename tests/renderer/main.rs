@@ -73,8 +73,11 @@ mod shape {
     mod points;
 }
 mod trace {
-    mod certificate;
+    mod bounds;
     mod light_cells;
     mod nested_media;
+    mod proof_costs;
+    mod random_scenes;
     mod secondary_rays;
+    mod stopping;
 }
