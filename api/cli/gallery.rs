@@ -86,6 +86,7 @@ fn picture(
     let scene = SceneArgs { scene: file.to_owned(), input: None };
     let session = Session::with(&scene, settings, control.clone())?;
     let loaded = session.load()?;
+    output::warn(&session.file.name, &loaded.scene.warnings);
     let title = loaded.description.name.clone();
     let ready = session.workers.work(|| PreparedScene::without_id(loaded))?;
     let region = Region::whole(ready.scene.width, ready.scene.height);

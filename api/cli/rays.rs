@@ -41,6 +41,7 @@ pub(super) fn run(args: &RaysArgs) -> Result<(), Failure> {
     }
     let session = Session::start(&args.scene, &args.settings)?;
     let scene = session.load()?.scene;
+    output::warn(&session.file.name, &scene.warnings);
     let name = if args.rays == "-" { "standard input" } else { args.rays.as_str() };
     let cannot = |error: io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
     let rays: Box<dyn Read> =

@@ -54,6 +54,7 @@ pub(super) fn run(args: &TileArgs) -> Result<(), Failure> {
     let mut session = Session::start_at(&args.scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare_with_id()?;
+    output::warn(&session.file.name, &ready.scene.warnings);
     let tile = TileFile::of(&ready, args.of)?;
     let region = args.of.region(part, [ready.scene.width, ready.scene.height])?;
     let trace = || session.workers.work(|| render(&ready.scene, region, &session.control));

@@ -45,6 +45,7 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let loaded = session.load()?;
+    output::warn(&session.file.name, &loaded.scene.warnings);
     let seconds = args.seconds.as_secs_f64();
     let work =
         || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control, &|_| ());

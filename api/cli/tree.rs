@@ -57,6 +57,7 @@ pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {
     if format != TreeFormat::Overlay && (seen_from.is_some() || !args.picture) {
         return Err(Failure::Usage("--from, --to and --picture are for --overlay".to_owned()));
     }
+    output::warn(&session.file.name, &scene.warnings);
     session.cancel_on_ctrl_c()?;
     let tree = session.workers.work(|| trace_pixel_while(&scene, x, y, &session.control))??;
     match format {

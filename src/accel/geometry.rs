@@ -121,6 +121,11 @@ impl<R: Real> Geometry<R> {
         !self.unbounded.is_empty()
     }
 
+    /// Where its hierarchy is in memory: the same for all that share one.
+    pub fn place(&self) -> usize {
+        self.primitives.as_ptr() as usize
+    }
+
     /// Bytes of its items with what they own, and of its hierarchy; almost exact.
     pub fn bytes(&self) -> usize {
         let of_items: usize = self.items.iter().map(|item| boxed(&item.shape)).sum();

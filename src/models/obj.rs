@@ -159,7 +159,7 @@ impl Reader {
         let Some(second) = text.word() else { return first.number().map(drop) };
         let color = [first.number()?, second.number()?, text.number()?];
         self.colors.resize(self.points.len(), [1.0; 3]);
-        self.colors.push(color.map(|channel| math::srgb_to_linear(channel.clamp(0.0, 1.0))));
+        self.colors.push(color.map(|channel| math::srgb_to_linear(channel.clamp(0.0, 1e6))));
         Ok(())
     }
 

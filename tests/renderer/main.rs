@@ -28,6 +28,7 @@ mod models {
     mod pictures;
     mod refusals;
     mod scenes;
+    mod shared_meshes;
     mod sizes;
 }
 mod plan {

@@ -75,12 +75,37 @@ fn fails(folder: &Path, args: &[&str], input: &str, code: i32, part: &str) {
     let output = strahl(folder, args, input);
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
-    assert!(text.starts_with("error: ") && text.contains(part), "{args:?}: {part} in {text}");
+    let error = text.lines().find(|line| !line.starts_with("warning: ")).unwrap_or_default();
+    assert!(error.starts_with("error: ") && text.contains(part), "{args:?}: {part} in {text}");
 }
 
 fn size(png: &[u8]) -> (u32, u32) {
     let picture = image::load_from_memory(png).unwrap();
     (picture.width(), picture.height())
+}
+
+/// Whatever a command does with a scene, it says what is odd about it.
+#[test]
+fn commands_warn_of_what_is_odd_about_a_scene() {
+    let folder = folder("odd");
+    std::fs::write(folder.join("dark.json"), BALL.replace(r#""version": 1,"#, r#""version": 1, "lights": [],"#))
+        .unwrap();
+    let ray = r#"{"origin":[0,0,5],"direction":[0,0,-1]}"#;
+    for args in [
+        &["render", "dark.json", "-o", "a.png"][..],
+        &["frame", "dark.json", "--frame", "0", "-o", "f.png"],
+        &["tile", "dark.json", "--of", "2", "--index", "0", "-o", "0.tile"],
+        &["map", "dark.json", "--of", "rays", "-o", "m.png"],
+        &["tree", "dark.json", "--pixel", "9,9"],
+        &["rays", "dark.json"],
+        &["gallery", "dark.json", "-o", "g.html"],
+        &["tradeoff", "dark.json", "--seconds", "1", "-o", "t.html"],
+    ] {
+        let output = strahl(&folder, args, ray);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.contains("warning: dark.json: "), "{args:?}: {text}");
+        assert!(text.contains("there is no light"), "{args:?}: {text}");
+    }
 }
 
 /// One file with all of them, or one for each.

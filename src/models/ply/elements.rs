@@ -104,7 +104,7 @@ impl Reader {
                     // The origin is the lower left corner here.
                     Meaning::Uv(c) => uv[c] = if c == 1 { 1.0 - number } else { number },
                     Meaning::Color(3) => color[3] = (number / most).clamp(0.0, 1.0),
-                    Meaning::Color(c) => color[c] = math::srgb_to_linear((number / most).clamp(0.0, 1.0)),
+                    Meaning::Color(c) => color[c] = math::srgb_to_linear((number / most).clamp(0.0, 1e6)),
                 }
             }
             points.push(point);

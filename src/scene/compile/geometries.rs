@@ -19,6 +19,7 @@ use crate::scene::usage::{Pointers, Usage, Used, note};
 use crate::shading::material::Material;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Builds geometries one by one; the last is the scene itself.
@@ -31,6 +32,9 @@ pub(super) struct Builder<'a, R> {
     pub(super) expanded: Vec<u128>,
     /// The geometry of each definition built so far.
     definitions: Vec<Option<usize>>,
+    /// Lists of a single mesh, by where its faces are in memory and whether it has one side: the mesh, and the geometry that it has
+    /// become.
+    meshes: HashMap<(usize, bool), (&'a d::Mesh, usize)>,
     /// One for each of the description's, and the default material last.
     pub(super) materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
@@ -65,6 +69,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
+            meshes: HashMap::new(),
             materials: all().map(|m| material(m, pictures, description, colored)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
@@ -116,14 +121,42 @@ impl<'a, R: Real> Builder<'a, R> {
             let obstacle = |(item, extent)| Obstacle::new(item, extent, opaque(item));
             self.obstacles = items.iter().zip(&extents).map(obstacle).collect();
         }
-        let built = match &self.known {
-            Some(known) => known.geometry(self.geometries.len(), items),
-            None => Err(items),
+        let alike = match objects {
+            [Object::Mesh(mesh)] => self.alike(mesh),
+            _ => None,
+        };
+        let built = match (&self.known, alike) {
+            (Some(known), _) => known.geometry(self.geometries.len(), items),
+            (None, Some(alike)) => self.geometries[alike].with_items(items),
+            (None, None) => Err(items),
         };
         let geometry = built.unwrap_or_else(|items| Geometry::new(items, &extents, self.options.bvh));
         self.geometries.push(geometry);
         self.expanded.push(expanded);
-        self.geometries.len() - 1
+        let index = self.geometries.len() - 1;
+        if let [Object::Mesh(mesh)] = objects {
+            let place = self.place(mesh);
+            self.meshes.entry(place).or_insert((mesh, index));
+        }
+        index
+    }
+
+    /// The geometry of an equal mesh that shares its faces, in another material.
+    fn alike(&self, mesh: &d::Mesh) -> Option<usize> {
+        let (built, index) = *self.meshes.get(&self.place(mesh))?;
+        let is_whole = matches!(self.geometries[index].items.as_slice(), [Item { shape: Shape::Mesh(_), .. }]);
+        (is_whole && has_shape_of(built, mesh)).then_some(index)
+    }
+
+    /// Where the faces of a mesh are in memory, and whether it has one side.
+    fn place(&self, mesh: &d::Mesh) -> (usize, bool) {
+        (mesh.faces.as_ptr() as usize, self.one_sided[self.material_of(mesh.material.as_deref())])
+    }
+
+    /// The index of a material, of the default one if none is named.
+    fn material_of(&self, name: Option<&str>) -> usize {
+        let default = self.materials.len() - 1;
+        name.and_then(|name| self.description.materials.get_index_of(name)).unwrap_or(default)
     }
 
     fn collect(&mut self, objects: &'a [Object], list: u32, into: &mut Collected<R>) {
@@ -205,7 +238,11 @@ impl<'a, R: Real> Builder<'a, R> {
         let look = object.look();
         let material = look.and_then(|look| self.description.materials.get(look.material?));
         let kept = Kept::of(object, material);
-        match (known.map(|item| &item.shape), look) {
+        let alike = match object {
+            Object::Mesh(mesh) if known.is_none() => self.alike(mesh).map(|index| &self.geometries[index].items[0]),
+            _ => None,
+        };
+        match (known.or(alike).map(|item| &item.shape), look) {
             (Some(Shape::Mesh(mesh)), Some(look)) if Kept::by(mesh) == kept => (Shape::Mesh(Arc::clone(mesh)), look),
             _ => shape(object, kept),
         }
@@ -259,8 +296,7 @@ impl<'a, R: Real> Builder<'a, R> {
         known_volume: Option<f64>,
         source: u32,
     ) -> Item<R> {
-        let default = self.materials.len() - 1;
-        let material = look.material.and_then(|name| self.description.materials.get_index_of(name)).unwrap_or(default);
+        let material = self.material_of(look.material);
         let sides = match (self.one_sided[material], look.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,
@@ -308,6 +344,12 @@ impl<R> Collected<R> {
         self.items.push(item);
         self.extents.push(extent);
     }
+}
+
+/// Whether meshes differ in nothing but their material and name.
+fn has_shape_of(a: &d::Mesh, b: &d::Mesh) -> bool {
+    let has_corners = Arc::ptr_eq(&a.faces, &b.faces) && a.vertices == b.vertices && a.normals == b.normals;
+    has_corners && a.uvs == b.uvs && a.uvs1 == b.uvs1 && a.tangents == b.tangents && a.colors == b.colors
 }
 
 fn motion<R: Real>(motion: &d::Motion) -> Motion<R> {

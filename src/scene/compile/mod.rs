@@ -37,6 +37,7 @@ use crate::film::Display;
 use crate::lanes::Real;
 use crate::shading::texture::mipmap::Mipmap;
 use crate::shading::texture::pattern::Textures;
+use std::collections::HashMap;
 use std::iter;
 use std::sync::Arc;
 use std::time::Instant;
@@ -173,7 +174,17 @@ impl Scene {
     /// Bytes of memory it takes; almost exact.
     pub fn bytes(&self) -> usize {
         fn of_world<R: Real>(world: &World<R>) -> usize {
-            world.geometries.iter().map(Geometry::bytes).sum()
+            // Meshes in several materials share what they are.
+            let mut first: HashMap<usize, &Geometry<R>> = HashMap::new();
+            let mut bytes = 0;
+            for geometry in world.geometries.iter() {
+                bytes += match first.get(&geometry.place()) {
+                    Some(known) => geometry.bytes_beside(known),
+                    None => geometry.bytes(),
+                };
+                first.entry(geometry.place()).or_insert(geometry);
+            }
+            bytes
         }
         let geometries = match &self.world {
             Precise::Single(world) => of_world(world),

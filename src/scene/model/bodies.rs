@@ -1,14 +1,24 @@
-//! Placed triangles as objects: what stands in one place is a mesh of the scene itself, what stands in several is an instance.
+//! Placed triangles as objects: what stands in one place is a mesh of the scene itself, what stands in several is an instance, and
+//! so is what stands there in several materials if it is large.
 
+use super::flat::is_flat;
 use crate::models::{Geometry, Model};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
 use crate::scene::limits::{Limit, MAGNITUDE, NAME_BYTES};
 use crate::scene::named::Named;
 use glam::DMat4;
+use std::sync::Arc;
+
+/// Triangles of a mesh that is worth an instance. Rays enter it by a level more, and smaller ones are sorted as soon.
+const LARGE: usize = 4_096;
+/// Triangles that instances must save in all.
+const WORTH: usize = 100_000;
 
 /// Definitions, whose names begin with a prefix, and objects. `names` are those of the materials in the scene.
 pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Named<Vec<Object>>, Vec<Object>) {
     let (mut definitions, mut objects) = (Named::default(), Vec::new());
+    let is_shared = shared(model);
+    let mut faces: Vec<Option<Arc<[[u32; 3]]>>> = vec![None; model.geometries.len()];
     let mut uses = vec![0_usize; model.geometries.len()];
     model.placements.iter().for_each(|placement| uses[placement.geometry] += 1);
     for placement in std::mem::take(&mut model.placements) {
@@ -18,20 +28,38 @@ pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Nam
         let own = if uses[placement.geometry] == 0 { std::mem::take(geometry) } else { geometry.clone() };
         let material = placement.material.or(Some(names.len() - 1)).map(|index| names[index].clone());
         let name = placement.name.as_deref().map(|name| shortened(name, NAME_BYTES));
-        if let [only] = placement.transforms.as_slice() {
+        if let [only] = placement.transforms.as_slice()
+            && (!is_shared[placement.geometry] || is_flat(only))
+        {
             // Its triangles are in the hierarchy of the scene: one level less for every ray.
             let moved = if *only == DMat4::IDENTITY { own } else { baked(&own, only) };
-            objects.push(Object::Mesh(Box::new(mesh(moved, material, name))));
+            objects.push(Object::Mesh(Box::new(mesh(moved, None, material, name))));
             continue;
         }
+        // Meshes of one list of faces share a hierarchy.
+        let of_all = faces[placement.geometry].get_or_insert_with(|| own.triangles.as_slice().into());
+        let own = mesh(own, Some(Arc::clone(of_all)), material, name);
         let definition = format!("{prefix}mesh {}", definitions.len());
-        definitions.insert(definition.clone(), vec![Object::Mesh(Box::new(mesh(own, material, name)))]);
+        definitions.insert(definition.clone(), vec![Object::Mesh(Box::new(own))]);
         objects.extend(placement.transforms.iter().map(|matrix| {
             let transform = Transform { matrix: Some(matrix.to_cols_array()), ..Transform::default() };
             Object::Instance(Box::new(Instance { of: definition.clone(), transform, motion: None, name: None }))
         }));
     }
     (definitions, objects)
+}
+
+/// Which geometries are instances in all places: large ones that stand in several, if that saves enough.
+fn shared(model: &Model) -> Vec<bool> {
+    let mut places = vec![0_usize; model.geometries.len()];
+    model.placements.iter().for_each(|placement| places[placement.geometry] += placement.transforms.len());
+    let large = |geometry: &Geometry| geometry.triangles.len() >= LARGE;
+    let saved = |(geometry, places): (&Geometry, &usize)| match large(geometry) {
+        true => geometry.triangles.len() * places.saturating_sub(1),
+        false => 0,
+    };
+    let is_worth_it = model.geometries.iter().zip(&places).map(saved).sum::<usize>() >= WORTH;
+    model.geometries.iter().zip(places).map(|(geometry, places)| is_worth_it && places > 1 && large(geometry)).collect()
 }
 
 /// Geometry where a matrix puts it. A mirroring one turns the triangles, so that their fronts stay outside.
@@ -43,7 +71,7 @@ fn baked(geometry: &Geometry, matrix: &DMat4) -> Geometry {
     baked
 }
 
-fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> Mesh {
+fn mesh(geometry: Geometry, faces: Option<Arc<[[u32; 3]]>>, material: Option<String>, name: Option<String>) -> Mesh {
     // The origin of a scene's coordinates is the lower left corner of the picture.
     let flipped = |uvs: Option<Vec<[f64; 2]>>| {
         uvs.map(|mut uvs| {
@@ -60,7 +88,7 @@ fn mesh(geometry: Geometry, material: Option<String>, name: Option<String>) -> M
     let Geometry { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
     Mesh {
         vertices: positions,
-        faces: triangles.into(),
+        faces: faces.unwrap_or_else(|| triangles.into()),
         normals,
         uvs: flipped(uvs),
         uvs1: flipped(uvs1),

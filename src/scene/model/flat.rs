@@ -33,7 +33,7 @@ pub(super) fn set_apart(model: &mut Model) {
 }
 
 /// Whether scenes take the matrix as one without an inverse: its volume beside the lengths of its columns says so, at any scale.
-fn is_flat(matrix: &DMat4) -> bool {
+pub(super) fn is_flat(matrix: &DMat4) -> bool {
     let columns = DMat3::from_mat4(*matrix).to_cols_array();
     let largest = columns.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let m = DMat3::from_cols_array(&columns.map(|x| x / largest));

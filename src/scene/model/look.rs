@@ -208,7 +208,11 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         let detail = "nothing is seen: all materials have an opacity of 0, as Tr 1 and d 0 of MTL say";
         warnings.push(warning(Subject::Skipped, "invisible", detail));
     }
-    if model.materials.iter().any(|material| material.base_color.factor.iter().any(|channel| *channel > 1.0)) {
+    let is_beyond = |color: &[f64]| color.iter().any(|channel| *channel > 1.0);
+    let of_vertices = model.geometries.iter().flat_map(|geometry| &geometry.colors).flatten();
+    if model.materials.iter().any(|material| is_beyond(&material.base_color.factor))
+        || of_vertices.into_iter().any(|color| is_beyond(&color[..3]))
+    {
         let detail = "colors above 1 are taken as 1: they go from 0 to 1, not to 255";
         warnings.push(warning(Subject::Approximated, "colors", detail));
     }

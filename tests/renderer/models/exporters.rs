@@ -129,3 +129,29 @@ fn colors_to_255_and_models_that_nobody_sees_are_said() {
     let gone = import(ModelFormat::Obj, &obj(""), &overrides("front"), &files).unwrap();
     assert!(warnings(&gone).iter().any(|detail| detail.starts_with("skipped: invisible")), "{:?}", warnings(&gone));
 }
+
+/// Programs write them to 255 where they go to 1.
+#[test]
+fn vertex_colors_above_one_are_shown_and_warned_of() {
+    let ply = |most: &str| {
+        let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            property float red\nproperty float green\nproperty float blue\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n";
+        let corners = ["-1 -1 0", "1 -1 0", "0 1 0"].map(|corner| format!("{corner} {most} 0 0\n"));
+        format!("{head}{}3 0 1 2\n", corners.concat())
+    };
+    let obj = |most: &str| {
+        let corners = ["-1 -1 0", "1 -1 0", "0 1 0"].map(|corner| format!("v {corner} {most} 0 0\n"));
+        format!("{}f 1 2 3\n", corners.concat())
+    };
+    for (format, text) in [(ModelFormat::Ply, &ply as &dyn Fn(&str) -> String), (ModelFormat::Obj, &obj)] {
+        for (most, is_beyond) in [("1", false), ("255", true), ("1e300", true)] {
+            let imported = imported(text(most).as_bytes(), format, &overrides("front"));
+            let said =
+                warnings(&imported).iter().any(|detail| detail.starts_with("approximated: colors: colors above 1"));
+            assert_eq!(said, is_beyond, "{format:?} {most}: {:?}", warnings(&imported));
+            let Object::Mesh(mesh) = &imported.description.objects[0] else { panic!("a mesh") };
+            assert!(mesh.colors.iter().flatten().all(|color| color[..3] == [1.0, 0.0, 0.0]), "{:?}", mesh.colors);
+        }
+    }
+}
