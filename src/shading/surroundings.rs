@@ -98,7 +98,8 @@ impl Surroundings {
         for i in 0..=BLURRED.len() {
             let own = roughness_of(i);
             // 1 at its own roughness, falling to 0 at that of its neighbours.
-            let part = |other: Option<usize>| match other.map(roughness_of) {
+            let part = #[inline(always)]
+            |other: Option<usize>| match other.map(roughness_of) {
                 Some(other) => one - (roughness - W::lit(s, own)) / W::lit(s, other - own),
                 None => one,
             };

@@ -78,7 +78,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(crate) fn begin_samples(&mut self, lanes: u32) {
         let s = self.s;
-        let (least, skipped_light) = thresholds(self.pruning, &self.world.display);
+        let (least, skipped_light) = thresholds(self.pruning, &self.world.display, &self.world.ceiling);
         let (most_followed, most_rays) = match self.pruning {
             Pruning::Weight(_) => (RAYS_PER_SAMPLE.max as f64, L::lit(s, f64::INFINITY)),
             Pruning::Proved { .. } => (FIRST_RAYS, self.most_rays()),

@@ -164,16 +164,20 @@ impl<L: Lanes> DeferredRays<L> {
         block[..in_front].copy_from_slice(&front[..in_front]);
         block[in_front..NUMBERS * rays].copy_from_slice(&back[..NUMBERS * rays - in_front]);
         self.numbers.drain(..NUMBERS * rays);
-        let [ox, oy, oz, dx, dy, dz, t_min, width, spread, density] = std::array::from_fn(|i| {
+        // Not by `from_fn`, whose closure is compiled for SSE2 in arrays as long as this.
+        let mut loaded = [L::lit(s, 0.0); NUMBERS];
+        for (i, number) in loaded.iter_mut().enumerate() {
             let numbers = &block[i * rays..];
-            if lanes == L::ALL {
-                return L::load(s, numbers);
-            }
-            // Lanes without a ray get the numbers of one.
-            let mut spread = [numbers[0]; MAX_LANES];
-            lanes_of(lanes).zip(numbers).for_each(|(lane, number)| spread[lane] = *number);
-            L::load(s, &spread)
-        });
+            *number = if lanes == L::ALL {
+                L::load(s, numbers)
+            } else {
+                // Lanes without a ray get the numbers of one.
+                let mut spread = [numbers[0]; MAX_LANES];
+                lanes_of(lanes).zip(numbers).for_each(|(lane, number)| spread[lane] = *number);
+                L::load(s, &spread)
+            };
+        }
+        let [ox, oy, oz, dx, dy, dz, t_min, width, spread, density] = loaded;
         let rays = RayPacket {
             origin: V3 { x: ox, y: oy, z: oz },
             dir: V3 { x: dx, y: dy, z: dz },

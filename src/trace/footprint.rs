@@ -92,8 +92,14 @@ pub(super) fn curvatures<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 let owner = world.owner(hits.expanded.lane(lane));
-                let alone = owner.item.is_smooth() || !owner.instances.is_empty();
-                let same = if alone { 1 << lane } else { owner.lanes::<L>(s, hits.expanded, left) };
+                let same = if !owner.instances.is_empty() {
+                    1 << lane
+                } else if owner.item.is_smooth() {
+                    // Those on the same face.
+                    hits.expanded.same_as_first(s, left).1
+                } else {
+                    owner.lanes::<L>(s, hits.expanded, left)
+                };
                 left &= !same;
                 let mut curvature = of_shape(&owner.item.shape, (hits.expanded.lane(lane) - owner.body) as usize);
                 if curvature == 0.0 {
@@ -119,12 +125,12 @@ fn of_shape<R: Real>(shape: &Shape<R>, face: usize) -> f64 {
         Shape::Frustum(frustum) => 1.0 / (frustum.base_radius + frustum.top_radius).to_f64(),
         Shape::Torus(torus) => 0.5 / torus.minor_radius.to_f64(),
         Shape::Mesh(mesh) if !mesh.normals.is_empty() => {
-            let point = |p: [R; 3]| DVec3::from_array(p.map(Real::to_f64));
-            let [a, b, c] =
-                mesh.faces[face].map(|i| (point(mesh.vertices[i as usize]), point(mesh.normals[i as usize])));
-            let turn =
-                |((p, n), (q, m)): ((DVec3, DVec3), (DVec3, DVec3))| (m - n).dot(q - p) / (q - p).length_squared();
-            let mean = [(a, b), (b, c), (c, a)].map(turn).iter().sum::<f64>() / 3.0;
+            let point = |p: [R; 3]| DVec3::new(p[0].to_f64(), p[1].to_f64(), p[2].to_f64());
+            let corner = |i: u32| (point(mesh.vertices[i as usize]), point(mesh.normals[i as usize]));
+            let turn = |(p, n): (DVec3, DVec3), (q, m): (DVec3, DVec3)| (m - n).dot(q - p) / (q - p).length_squared();
+            let [i, j, k] = mesh.faces[face];
+            let (a, b, c) = (corner(i), corner(j), corner(k));
+            let mean = (turn(a, b) + turn(b, c) + turn(c, a)) / 3.0;
             if mean.is_finite() { mean } else { 0.0 }
         }
         _ => 0.0,

@@ -31,10 +31,12 @@ pub(super) fn lobes_of<L: Lanes>(
             if lanes == 0 {
                 return None;
             }
-            let parameters = Parameters::of_numbers(parameters.map(
-                #[inline(always)]
-                |column| column.lanes::<L>(s),
-            ));
+            // Not by `map`, whose closure is compiled for SSE2 in arrays as long as this.
+            let mut numbers = [L::lit(s, 0.0); NUMBERS];
+            for (number, column) in numbers.iter_mut().zip(&parameters) {
+                *number = column.lanes::<L>(s);
+            }
+            let parameters = Parameters::of_numbers(numbers);
             let traced = world.effects.has(Effect::GlobalIllumination);
             let (mut apart, mut coat_ns) = (0, hits.ns);
             if world.effects.has(Effect::NormalMapping) {

@@ -88,8 +88,11 @@ fn size(png: &[u8]) -> (u32, u32) {
 #[test]
 fn commands_warn_of_what_is_odd_about_a_scene() {
     let folder = folder("odd");
-    std::fs::write(folder.join("dark.json"), BALL.replace(r#""version": 1,"#, r#""version": 1, "lights": [],"#))
-        .unwrap();
+    std::fs::write(
+        folder.join("dark.json"),
+        BALL.replace(r#""version": 1,"#, r#""version": 1, "lights": [], "ambient": 0,"#),
+    )
+    .unwrap();
     let ray = r#"{"origin":[0,0,5],"direction":[0,0,-1]}"#;
     for args in [
         &["render", "dark.json", "-o", "a.png"][..],

@@ -62,8 +62,10 @@ fn nearly_lossless_mirrors_are_followed_to_the_depth_of_their_scene() {
             let (shown, proof) = (f64::from(picture.film.pixels[0][0]), picture.proof());
             assert!(proof.max_linear.is_some(), "depth {depth}: {proof:?}");
             let missing = f64::from(proof.max_linear.unwrap()[0]);
+            // Thousands of weights in a chain are rounded, and so is 0.9999.
+            let rounded = 1e-8 * f64::from(depth);
             assert!(
-                shown > 0.8 * sum && (shown..=shown + missing + 1e-6).contains(&sum) || (shown - sum).abs() < 0.005,
+                shown > 0.8 * sum && (shown..=shown + missing + rounded).contains(&sum) || (shown - sum).abs() < 0.005,
                 "depth {depth}: {shown} of {sum}, {proof:?}"
             );
         }
