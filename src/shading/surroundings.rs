@@ -96,15 +96,8 @@ impl Surroundings {
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let mut light = V3 { x: zero, y: zero, z: zero };
         for i in 0..=BLURRED.len() {
-            let own = roughness_of(i);
-            // 1 at its own roughness, falling to 0 at that of its neighbours.
-            let part = #[inline(always)]
-            |other: Option<usize>| match other.map(roughness_of) {
-                Some(other) => one - (roughness - W::lit(s, own)) / W::lit(s, other - own),
-                None => one,
-            };
-            let next = Some(i + 1).filter(|next| *next <= BLURRED.len());
-            let weight = part(i.checked_sub(1)).min(part(next)).min(one);
+            let (before, next) = (i.checked_sub(1), Some(i + 1).filter(|next| *next <= BLURRED.len()));
+            let weight = nearness(s, i, before, roughness).min(nearness(s, i, next, roughness)).min(one);
             let near = weight.gt(zero);
             if near.bits() & lanes != 0 {
                 let seen = self.picture(i).radiance(s, dir, zero, near.bits() & lanes);
@@ -113,6 +106,15 @@ impl Surroundings {
         }
         light
     }
+}
+
+/// 1 at the roughness of a picture, falling to 0 at that of its neighbour, if it has one there.
+#[inline(always)]
+fn nearness<W: Double>(s: W::Simd, picture: usize, neighbour: Option<usize>, roughness: W) -> W {
+    let one = W::lit(s, 1.0);
+    let Some(neighbour) = neighbour else { return one };
+    let own = roughness_of(picture);
+    one - (roughness - W::lit(s, own)) / W::lit(s, roughness_of(neighbour) - own)
 }
 
 /// The roughness of a picture; 0 is the sharp one.

@@ -2,10 +2,11 @@
 //! so is what stands there in several materials if it is large.
 
 use super::flat::is_flat;
-use crate::models::{Geometry, Model};
+use crate::models::{Geometry, Model, Placement};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
-use crate::scene::limits::{Limit, MAGNITUDE, NAME_BYTES};
+use crate::scene::limits::{Limit, MAGNITUDE, NAME_BYTES, TRIANGLES};
 use crate::scene::named::Named;
+use crate::scene::problem::{Code, Problem, Problems};
 use glam::DMat4;
 use std::sync::Arc;
 
@@ -13,6 +14,18 @@ use std::sync::Arc;
 const LARGE: usize = 4_096;
 /// Triangles that instances must save in all.
 const WORTH: usize = 100_000;
+
+/// Refuses a model with more triangles than a scene may have beside some, before they are copied: each material of a mesh makes it
+/// another one. Returns how many they are in all.
+pub(super) fn counted(model: &Model, others: u64, pointer: &str) -> Result<u64, Problems> {
+    let of = |placement: &Placement| model.geometries[placement.geometry].triangles.len() as u64;
+    let all = model.placements.iter().map(of).sum::<u64>() + others;
+    if all > TRIANGLES.max {
+        let detail = format!("{all} triangles are over the limit of {} ({})", TRIANGLES.max, TRIANGLES.name);
+        return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
+    }
+    Ok(all)
+}
 
 /// Definitions, whose names begin with a prefix, and objects. `names` are those of the materials in the scene.
 pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Named<Vec<Object>>, Vec<Object>) {

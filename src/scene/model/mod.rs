@@ -182,6 +182,7 @@ fn read_upright(
 
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
+    bodies::counted(&model, 0, "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
     let is_unlit = look::is_unlit(&model);

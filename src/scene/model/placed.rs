@@ -36,6 +36,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         problems: Vec::new(),
         pictures: PictureNames::default(),
         from_files: false,
+        triangles: 0,
     };
     let objects = reader.list(&description.objects, "/objects");
     let mut definitions = Named::default();
@@ -77,6 +78,8 @@ struct Reader<'a> {
     problems: Vec<Problem>,
     pictures: PictureNames,
     from_files: bool,
+    /// Triangles of those that have been read.
+    triangles: u64,
 }
 
 impl Reader<'_> {
@@ -155,6 +158,7 @@ impl Reader<'_> {
         };
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
+        self.triangles = bodies::counted(&model, self.triangles, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
         if self.fidelity == Fidelity::Fast {
             warnings.extend(look::without_rays(&model));

@@ -8,7 +8,8 @@ use strahl::models::ModelFormat;
 use strahl::render::{Control, Picture, render};
 use strahl::scene::compile::Precise;
 use strahl::scene::description::{Description, Object};
-use strahl::scene::{Format, Overrides, Scene, compile, load};
+use strahl::scene::model::import;
+use strahl::scene::{Format, NoFiles, Overrides, Scene, compile, load};
 
 /// Columns and rows of squares of a sheet: 4,608 triangles.
 const SIDE: u16 = 48;
@@ -95,4 +96,13 @@ fn meshes_with_one_side_share_a_hierarchy_among_themselves() {
 fn small_meshes_and_few_of_them_are_triangles_of_the_scene() {
     let description = described(&sheets(&colored()[..4]));
     assert!(!description.objects.iter().any(|object| matches!(object, Object::Instance(_))));
+}
+
+/// Of a file of 1 MB they would be 23 million triangles, each of them checked before any is refused.
+#[test]
+fn a_mesh_in_too_many_materials_is_refused_before_it_is_copied() {
+    let bytes = sheets(&vec![matte([0.5; 3]); 5_000]);
+    let refused = import(ModelFormat::Gltf, &bytes, &Overrides::default(), &NoFiles).unwrap_err();
+    let [problem] = refused.0.as_slice() else { panic!("{refused}") };
+    assert_eq!(problem.detail, "23040000 triangles are over the limit of 20000000 (triangles)");
 }
