@@ -7,7 +7,7 @@
 use super::deferred::{Deferred, DeferredRays};
 use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
-use super::proof::{FIRST_RAYS, MORE_RAYS, RISE, thresholds};
+use super::proof::{FIRST_RAYS, MORE_RAYS, RISE};
 use super::ray_packet::RayPacket;
 use super::sampling::{sample_offset, shifts};
 use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3};
@@ -78,7 +78,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(crate) fn begin_samples(&mut self, lanes: u32) {
         let s = self.s;
-        let (least, skipped_light) = thresholds(self.pruning, &self.world.display, &self.world.ceiling);
+        let (least, skipped_light) = self.thresholds;
         let (most_followed, most_rays) = match self.pruning {
             Pruning::Weight(_) => (RAYS_PER_SAMPLE.max as f64, L::lit(s, f64::INFINITY)),
             Pruning::Proved { .. } => (FIRST_RAYS, self.most_rays()),

@@ -19,7 +19,7 @@ use super::observer::Observer;
 use super::opacity::go_on;
 use super::pbr::lobes_of;
 use super::pixel_sum::PixelSum;
-use super::proof::BatchProof;
+use super::proof::{BatchProof, thresholds};
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampled_light::{light_looked_for, share_of_glow, share_of_surroundings};
@@ -57,6 +57,8 @@ pub struct Tracer<'a, L: Lanes, O, V = General> {
     pub(super) stack: Vec<RayPacket<L>>,
     /// What ends chains of rays besides their length.
     pub(crate) pruning: Pruning,
+    /// What samples begin with: the least weight followed, or w U, and the most light that skipped lights may add.
+    pub(super) thresholds: (f64, f64),
     /// The samples at work.
     pub(super) samples: SamplePacket,
     /// The bound on what they omit.
@@ -102,6 +104,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             media: Media::default(),
             stack: Vec::new(),
             pruning,
+            thresholds: thresholds(pruning, &world.display, &world.ceiling),
             samples: SamplePacket::default(),
             certificate: Certificate::new(s),
             proof: BatchProof::new(),

@@ -1,6 +1,7 @@
 //! The geometries of a checked description: its objects, placed and grouped, with what is found out about them on the way.
 
 use super::bodies::{Kept, shape, volume};
+use super::equal_meshes::EqualMeshes;
 use super::hidden::{Hidden, hidden};
 use super::known::Known;
 use super::materials::{has_colors, material};
@@ -19,7 +20,6 @@ use crate::scene::usage::{Pointers, Usage, Used, note};
 use crate::shading::material::Material;
 use crate::shape::Sides;
 use glam::{DAffine3, DVec3};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Builds geometries one by one; the last is the scene itself.
@@ -32,9 +32,7 @@ pub(super) struct Builder<'a, R> {
     pub(super) expanded: Vec<u128>,
     /// The geometry of each definition built so far.
     definitions: Vec<Option<usize>>,
-    /// Lists of a single mesh, by where its faces are in memory and whether it has one side: the mesh, and the geometry that it has
-    /// become.
-    meshes: HashMap<(usize, bool), (&'a d::Mesh, usize)>,
+    equal_meshes: EqualMeshes<'a>,
     /// One for each of the description's, and the default material last.
     pub(super) materials: Vec<Material<R>>,
     one_sided: Vec<bool>,
@@ -69,7 +67,7 @@ impl<'a, R: Real> Builder<'a, R> {
             geometries: Vec::new(),
             expanded: Vec::new(),
             definitions: vec![None; description.definitions.len()],
-            meshes: HashMap::new(),
+            equal_meshes: EqualMeshes::default(),
             materials: all().map(|m| material(m, pictures, description, colored)).collect(),
             one_sided: all().map(|m| m.one_sided).collect(),
             thin: all().map(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.thin)).collect(),
@@ -135,22 +133,18 @@ impl<'a, R: Real> Builder<'a, R> {
         self.expanded.push(expanded);
         let index = self.geometries.len() - 1;
         if let [Object::Mesh(mesh)] = objects {
-            let place = self.place(mesh);
-            self.meshes.entry(place).or_insert((mesh, index));
+            self.equal_meshes.note(mesh, self.is_one_sided(mesh), index);
         }
         index
     }
 
-    /// The geometry of an equal mesh that shares its faces, in another material.
+    /// The geometry of an equal mesh in another material.
     fn alike(&self, mesh: &d::Mesh) -> Option<usize> {
-        let (built, index) = *self.meshes.get(&self.place(mesh))?;
-        let is_whole = matches!(self.geometries[index].items.as_slice(), [Item { shape: Shape::Mesh(_), .. }]);
-        (is_whole && has_shape_of(built, mesh)).then_some(index)
+        self.equal_meshes.find(mesh, self.is_one_sided(mesh))
     }
 
-    /// Where the faces of a mesh are in memory, and whether it has one side.
-    fn place(&self, mesh: &d::Mesh) -> (usize, bool) {
-        (mesh.faces.as_ptr() as usize, self.one_sided[self.material_of(mesh.material.as_deref())])
+    fn is_one_sided(&self, mesh: &d::Mesh) -> bool {
+        self.one_sided[self.material_of(mesh.material.as_deref())]
     }
 
     /// The index of a material, of the default one if none is named.
@@ -239,7 +233,9 @@ impl<'a, R: Real> Builder<'a, R> {
         let material = look.and_then(|look| self.description.materials.get(look.material?));
         let kept = Kept::of(object, material);
         let alike = match object {
-            Object::Mesh(mesh) if known.is_none() => self.alike(mesh).map(|index| &self.geometries[index].items[0]),
+            Object::Mesh(mesh) if known.is_none() => {
+                self.alike(mesh).and_then(|index| self.geometries[index].items.first())
+            }
             _ => None,
         };
         match (known.or(alike).map(|item| &item.shape), look) {
@@ -344,12 +340,6 @@ impl<R> Collected<R> {
         self.items.push(item);
         self.extents.push(extent);
     }
-}
-
-/// Whether meshes differ in nothing but their material and name.
-fn has_shape_of(a: &d::Mesh, b: &d::Mesh) -> bool {
-    let has_corners = Arc::ptr_eq(&a.faces, &b.faces) && a.vertices == b.vertices && a.normals == b.normals;
-    has_corners && a.uvs == b.uvs && a.uvs1 == b.uvs1 && a.tangents == b.tangents && a.colors == b.colors
 }
 
 fn motion<R: Real>(motion: &d::Motion) -> Motion<R> {

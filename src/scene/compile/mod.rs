@@ -7,6 +7,7 @@ mod ceiling;
 mod contact;
 mod effects;
 mod emitters;
+mod equal_meshes;
 mod extent;
 mod geometries;
 mod hidden;
