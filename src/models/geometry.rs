@@ -20,6 +20,21 @@ pub struct Geometry {
 }
 
 impl Geometry {
+    /// Bytes of its lists.
+    pub fn bytes(&self) -> usize {
+        let Self { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = self;
+        let of_vertices = [24, 24, 32, 16, 16, 32].into_iter().zip([
+            true,
+            normals.is_some(),
+            tangents.is_some(),
+            uvs.is_some(),
+            uvs1.is_some(),
+            colors.is_some(),
+        ]);
+        let each: usize = of_vertices.filter(|(_, is_there)| *is_there).map(|(bytes, _)| bytes).sum();
+        each * positions.len() + size_of_val(&triangles[..])
+    }
+
     /// Unit normals in the place of those that are none; how many were. They are the means of their faces, weighted by area.
     pub(super) fn mend_normals(&mut self) -> usize {
         let Some(normals) = &mut self.normals else { return 0 };

@@ -174,6 +174,11 @@ impl ModelMaterial {
         }
     }
 
+    /// That of its opacity, which is the base colour's, if it may be partly there.
+    pub fn opacity_texture(&self) -> Option<&Texture> {
+        self.base_color.texture.as_ref().filter(|_| self.alpha != Alpha::Opaque)
+    }
+
     /// All its pictures.
     pub fn textures(&self) -> impl Iterator<Item = &Texture> {
         let coat = self.clearcoat.as_ref();

@@ -119,6 +119,14 @@ pub enum LampKind {
     },
 }
 
+/// Whether a map makes a line or a point of everything.
+fn has_no_area(map: &DMat3) -> bool {
+    let longest = map.to_cols_array().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    // Scaled first, since squares of tiny and huge numbers are none.
+    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis].map(|column| column / longest);
+    longest == 0.0 || [x.cross(y), y.cross(z), z.cross(x)].iter().all(|area| area.length() <= 1e-12)
+}
+
 impl Model {
     /// Triangles as they are placed.
     pub fn triangles(&self) -> u64 {
@@ -128,10 +136,10 @@ impl Model {
         self.placements.iter().map(of).sum()
     }
 
-    /// Drops what has no area: what a scale of 0 hides, as animations do, and triangles of which none has three corners.
+    /// Drops what has no area: what scales of 0 hide, as animations do, or make a line of, and triangles of which none has three corners.
     pub(super) fn drop_unseen(&mut self) {
         let has_area: Vec<bool> = self.geometries.iter().map(Geometry::has_area).collect();
-        let is_hidden = |matrix: &DMat4| DMat3::from_mat4(*matrix) == DMat3::ZERO;
+        let is_hidden = |matrix: &DMat4| has_no_area(&DMat3::from_mat4(*matrix));
         self.placements.iter_mut().for_each(|placement| placement.transforms.retain(|matrix| !is_hidden(matrix)));
         self.placements.retain(|placement| has_area[placement.geometry] && !placement.transforms.is_empty());
     }

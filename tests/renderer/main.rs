@@ -21,6 +21,7 @@ mod metrics {
     mod image_metrics;
 }
 mod models {
+    mod bounds;
     mod exporters;
     mod files;
     mod look;

@@ -272,7 +272,5 @@ pub(super) fn check_unseen(document: &Document, buffers: &super::buffers::Buffer
             faults.note(meshes::triangles(document, buffers, primitive, &pointer, count).map(drop));
         }
     }
-    for index in 0..document.skins.len() {
-        super::skins::check(document, buffers, index, faults);
-    }
+    super::skins::check(document, buffers, faults);
 }

@@ -11,6 +11,8 @@ use serde_json::value::RawValue;
 /// material.
 const ELEMENTS: usize = 1 << 20;
 const ELEMENT_BYTES: usize = 1 << 26;
+/// Most lists and objects in each other: a few bytes of text, and hundreds in memory.
+const NESTED: usize = 1 << 21;
 
 /// A file, with its lists unread.
 #[derive(Deserialize)]
@@ -78,6 +80,11 @@ struct Asset {
 
 /// Reads the JSON; all elements that are wrong are reported.
 pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
+    let nested = text.iter().filter(|byte| matches!(byte, b'{' | b'[')).count();
+    if nested > NESTED {
+        let detail = format!("{nested} lists and objects are over the limit of {NESTED} (gltf_elements)");
+        return Err(Faults::one(Fault::new("", Kind::Limit, detail)));
+    }
     let lists: Lists<'_> = serde_json::from_slice(text).map_err(|error| {
         if !error.is_data() {
             let detail = format!("this is not JSON: {error}");

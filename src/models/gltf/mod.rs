@@ -19,6 +19,7 @@ mod skins;
 
 pub(crate) use images::media_type;
 
+use super::budget::worked;
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
 use super::model::{Lamp, LampKind, Model, ModelCamera, Placement, Projection};
@@ -32,6 +33,12 @@ use std::collections::HashMap;
 
 /// What an instance takes in a scene that is built, roughly; its accessor may have no bytes at all.
 const INSTANCE_BYTES: usize = 2_048;
+
+/// From here on the range of a lamp is no end that anything could be beyond.
+const FARTHEST: f64 = 1e15;
+
+/// Bytes of names that are kept. Each node that has a camera or a mesh has the name of it.
+const NAME_BYTES: usize = 256;
 
 /// The JSON of a file, in which pointers and offsets of faults are.
 pub fn json_of(bytes: &[u8]) -> &[u8] {
@@ -92,6 +99,15 @@ impl Ingredients {
             morphs: morphs.map(|(target, weight)| (list(target), weight.to_bits())).collect(),
         }
     }
+}
+
+/// A name of at most [`NAME_BYTES`].
+fn cut(name: &str) -> String {
+    let mut end = name.len().min(NAME_BYTES);
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    name[..end].to_owned()
 }
 
 /// The model as it is built.
@@ -215,6 +231,8 @@ impl Builder<'_> {
         node: usize,
         transforms: &[DMat4],
     ) -> Result<(), Fault> {
+        // A few nodes and a few primitives may be very many pairs of them.
+        worked(1)?;
         let document = self.document;
         let primitive = &document.meshes[mesh].primitives[k];
         let pointer = format!("/meshes/{mesh}/primitives/{k}");
@@ -249,10 +267,10 @@ impl Builder<'_> {
             None => None,
         };
         self.buffers.budget.take(transforms.len() as u64, size_of::<DMat4>())?;
-        let name = document.nodes[node].name.as_ref().or(document.meshes[mesh].name.as_ref()).cloned();
+        let name = || document.nodes[node].name.as_deref().or(document.meshes[mesh].name.as_deref()).map(cut);
         let placements = &mut self.model.placements;
         let index = *self.placements.entry((geometry, material)).or_insert_with(|| {
-            placements.push(Placement { geometry, material, name, transforms: Vec::new() });
+            placements.push(Placement { geometry, material, name: name(), transforms: Vec::new() });
             placements.len() - 1
         });
         placements[index].transforms.extend_from_slice(transforms);
@@ -326,7 +344,7 @@ impl Builder<'_> {
             (None, Some(orthographic)) => Projection::Orthographic { height: 2.0 * orthographic.ymag.abs() },
             (None, None) => return,
         };
-        self.model.cameras.push(ModelCamera { name: camera.name.clone(), placed, projection });
+        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(cut), placed, projection });
     }
 
     fn lamp(&mut self, index: usize, placed: DMat4) {
@@ -347,7 +365,8 @@ impl Builder<'_> {
             }
         };
         let (color, intensity) = (light.color.map(|channel| channel.max(0.0)), light.intensity.max(0.0));
-        let range = light.range.filter(|range| *range > 0.0);
+        // Programs write the largest number where there is no end.
+        let range = light.range.filter(|range| *range > 0.0 && *range < FARTHEST);
         self.model.lamps.push(Lamp { placed, color, intensity, range, kind });
     }
 }

@@ -63,6 +63,29 @@ pub(super) fn parents(document: &Document) -> Vec<Option<usize>> {
     parents
 }
 
+/// The root above each node.
+pub(super) fn roots(document: &Document) -> Vec<usize> {
+    let parents = parents(document);
+    let mut roots: Vec<Option<usize>> = vec![None; parents.len()];
+    let mut way = Vec::new();
+    for node in 0..parents.len() {
+        let mut at = node;
+        let root = loop {
+            match (roots[at], parents[at]) {
+                (Some(root), _) => break root,
+                (None, None) => break at,
+                (None, Some(parent)) => {
+                    way.push(at);
+                    at = parent;
+                }
+            }
+        };
+        roots[at] = Some(root);
+        way.drain(..).for_each(|below| roots[below] = Some(root));
+    }
+    roots.into_iter().flatten().collect()
+}
+
 /// Notes nodes with two parents or in a loop, and roots of scenes that are none.
 pub(super) fn check_forest(document: &Document, faults: &mut Faults) {
     let count = document.nodes.len();

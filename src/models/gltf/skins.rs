@@ -15,6 +15,8 @@ pub(super) fn matrices(
     worlds: &[DMat4],
 ) -> Result<Vec<DMat4>, Fault> {
     let skin = &document.skins[index];
+    // Each node with the skin has its own.
+    buffers.budget.take(skin.joints.len() as u64, 2 * size_of::<DMat4>())?;
     let unbound = match skin.inverse_bind_matrices {
         Some(accessor) => buffers.elements::<16>(document, accessor, &["MAT4"])?,
         None => vec![DMat4::IDENTITY.to_cols_array(); skin.joints.len()],
@@ -39,24 +41,21 @@ fn not_affine(skin: usize, at: usize) -> Fault {
     Fault::new(format!("/skins/{skin}/inverseBindMatrices"), Kind::OutOfRange, detail)
 }
 
-/// Notes what would be wrong with a skin.
-pub(super) fn check(document: &Document, buffers: &Buffers<'_>, index: usize, faults: &mut Faults) {
-    let skin = &document.skins[index];
-    let parents = nodes::parents(document);
-    let root = |joint: usize| {
-        let mut at = joint;
-        while let Some(parent) = parents[at] {
-            at = parent;
-        }
-        at
-    };
-    let roots: Vec<_> = skin.joints.iter().map(|joint| root(*joint)).collect();
-    if roots.windows(2).any(|pair| pair[0] != pair[1]) {
-        let detail = "the joints have no common root";
-        faults.push(Fault::new(format!("/skins/{index}/joints"), Kind::Degenerate, detail));
-    }
+/// Notes what would be wrong with skins.
+pub(super) fn check(document: &Document, buffers: &Buffers<'_>, faults: &mut Faults) {
+    let roots = nodes::roots(document);
     let identity = vec![DMat4::IDENTITY; document.nodes.len()];
-    faults.note(matrices(document, buffers, index, &identity).map(drop));
+    for (index, skin) in document.skins.iter().enumerate() {
+        if skin.joints.windows(2).any(|pair| roots[pair[0]] != roots[pair[1]]) {
+            let detail = "the joints have no common root";
+            faults.push(Fault::new(format!("/skins/{index}/joints"), Kind::Degenerate, detail));
+        }
+        if let Err(fault) = matrices(document, buffers, index, &identity)
+            && !faults.push(fault)
+        {
+            return;
+        }
+    }
 }
 
 /// Geometry with its vertices where joints have them.

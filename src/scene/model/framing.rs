@@ -5,6 +5,7 @@
 //! any shape of the picture.
 
 use super::view::View;
+use crate::control;
 use crate::math;
 use crate::models::{ModelCamera, Projection};
 use crate::scene::description::{Camera, Object, OrthographicCamera, PinholeCamera};
@@ -111,16 +112,23 @@ impl<'a> Placed<'a> {
 
     /// Whether no triangle has an area as seen from a point: all are lines, or the model is flat and seen from its edge.
     pub(super) fn is_edge_on(&self, eye: DVec3) -> bool {
-        self.0.iter().all(|PlacedMesh { points, faces, matrices }| {
-            matrices.iter().all(|matrix| {
-                faces.iter().all(|face| {
-                    let [a, b, c] = face.map(|i| matrix.transform_point3(DVec3::from_array(points[i as usize])) - eye);
-                    let (normal, edges) = ((b - a).cross(c - a), (b - a).length() * (c - a).length());
-                    let is_line = normal.length() <= FLAT * edges;
-                    is_line || a.dot(normal).abs() <= FLAT * a.length() * normal.length()
-                })
-            })
-        })
+        let mut left = VERTICES;
+        for PlacedMesh { points, faces, matrices } in &self.0 {
+            let is_seen = |matrix: &DMat4, face: &[u32; 3]| {
+                let [a, b, c] = face.map(|i| matrix.transform_point3(DVec3::from_array(points[i as usize])) - eye);
+                let (normal, edges) = ((b - a).cross(c - a), (b - a).length() * (c - a).length());
+                normal.length() > FLAT * edges && a.dot(normal).abs() > FLAT * a.length() * normal.length()
+            };
+            for matrix in matrices {
+                // It would only be a warning.
+                let Some(rest) = left.checked_sub(faces.len() as u64) else { return false };
+                left = rest;
+                if control::step(faces.len() as u32 / 64 + 1) || faces.iter().any(|face| is_seen(matrix, face)) {
+                    return false;
+                }
+            }
+        }
+        true
     }
 }
 

@@ -75,13 +75,14 @@ pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
         return wanted;
     }
     let stem: String = wanted.chars().take(50).collect();
-    let mut number = named.len();
+    let mut number = named.len() as u64;
     loop {
         let name = format!("{stem} {number}");
         if !named.contains_key(&name) {
             return name;
         }
-        number += 1;
+        // If they were tried one by one, a file of such names would take hours (Knuth's linear congruential generator).
+        number = number.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
     }
 }
 

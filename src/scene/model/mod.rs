@@ -24,6 +24,7 @@ use super::limits::NAME_BYTES;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::models::{self, Choice, Model, ModelFormat, Up, Which, parts};
+use bodies::Room;
 use framing::Placed;
 use glam::DMat4;
 use schemars::JsonSchema;
@@ -182,7 +183,7 @@ fn read_upright(
 
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
-    bodies::counted(&model, 0, "")?;
+    bodies::take_room(&model, &mut Room::default(), "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
     let is_unlit = look::is_unlit(&model);

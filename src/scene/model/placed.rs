@@ -1,7 +1,9 @@
 //! Models in scenes: each becomes a definition with its meshes, with materials of its own, and an instance of that. Models that
 //! say the same are one definition.
 
-use super::{ModelOptions, bodies, look, read_upright};
+use super::bodies::{self, Room};
+use super::{ModelOptions, look, read_upright};
+use crate::control;
 use crate::models::Warning;
 use crate::models::parts::exact_or_plain;
 use crate::scene::Files;
@@ -36,7 +38,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         problems: Vec::new(),
         pictures: PictureNames::default(),
         from_files: false,
-        triangles: 0,
+        room: Room::default(),
     };
     let objects = reader.list(&description.objects, "/objects");
     let mut definitions = Named::default();
@@ -78,8 +80,7 @@ struct Reader<'a> {
     problems: Vec<Problem>,
     pictures: PictureNames,
     from_files: bool,
-    /// Triangles of those that have been read.
-    triangles: u64,
+    room: Room,
 }
 
 impl Reader<'_> {
@@ -100,17 +101,20 @@ impl Reader<'_> {
     fn instance(&mut self, model: &PlacedModel, pointer: &str) -> Object {
         // Where it stands and what it is called does not change what it is.
         let said = PlacedModel { transform: Transform::default(), motion: None, name: None, ..model.clone() };
-        let known = self.known.iter().find(|(known, _)| *known == said).map(|(_, name)| name.clone());
-        let of = known.unwrap_or_else(|| {
-            let name = format!("{} {}", self.prefix, self.known.len());
-            if self.problems.is_empty()
-                && let Err(Problems(mut problems)) = self.read(&said, &name, pointer)
-            {
-                self.problems.append(&mut problems);
+        let known = || self.known.iter().find(|(known, _)| *known == said).map(|(_, name)| name.clone());
+        // After a problem, or once nobody waits, nothing more is read: there is no scene.
+        let is_over = !self.problems.is_empty() || control::step(self.known.len() as u32 / 64 + 1);
+        let of = match if is_over { Some(String::new()) } else { known() } {
+            Some(name) => name,
+            None => {
+                let name = format!("{} {}", self.prefix, self.known.len());
+                if let Err(Problems(mut problems)) = self.read(&said, &name, pointer) {
+                    self.problems.append(&mut problems);
+                }
+                self.known.push((said, name.clone()));
+                name
             }
-            self.known.push((said, name.clone()));
-            name
-        });
+        };
         if let Some(object) = pointer.strip_suffix("model") {
             let here = ModelPlace { meant: pointer.to_owned(), in_text: true };
             self.places.insert(format!("{object}instance"), here);
@@ -158,7 +162,7 @@ impl Reader<'_> {
         };
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
-        self.triangles = bodies::counted(&model, self.triangles, pointer)?;
+        bodies::take_room(&model, &mut self.room, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
         if self.fidelity == Fidelity::Fast {
             warnings.extend(look::without_rays(&model));
@@ -170,7 +174,9 @@ impl Reader<'_> {
         for (of, material) in &said.materials {
             let at = push_token(&format!("{pointer}/materials"), of);
             let mut found = false;
+            let bytes = serde_json::to_vec(material).map_or(0, |json| json.len());
             for (own, _) in names.iter().zip(&named).filter(|(_, named)| named.as_deref() == Some(of)) {
+                self.room.take(bytes, &at)?;
                 materials.insert(own.clone(), material.clone());
                 self.places.insert(push_token("/materials", own), ModelPlace { meant: at.clone(), in_text: true });
                 found = true;

@@ -70,6 +70,12 @@ fn what_a_scale_of_zero_hides_is_not_there() {
     let hidden = json!({ "mesh": 0, "scale": [0, 0, 0], "translation": [5, 0, 0], "rotation": [0, 0.6, 0, 0.8] });
     let beside = squares(json!([{ "mesh": 0 }, hidden]));
     assert_eq!(imported(&beside, ModelFormat::Gltf, &overrides("front")).description, alone);
+    // Nor is what scales make a line of.
+    for scale in [[1.0, 0.0, 0.0], [0.0, 1e-30, 0.0]] {
+        let line = json!({ "mesh": 0, "scale": scale, "rotation": [0, 0.6, 0, 0.8] });
+        let beside = squares(json!([{ "mesh": 0 }, line]));
+        assert_eq!(imported(&beside, ModelFormat::Gltf, &overrides("front")).description, alone, "{scale:?}");
+    }
     let nothing = import(ModelFormat::Gltf, &squares(json!([hidden])), &Overrides::default(), &NoFiles).unwrap_err();
     assert!(nothing.to_string().contains("nothing to see"), "{nothing}");
     // Faces of which none has three corners are no body of their own.
