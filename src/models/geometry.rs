@@ -22,17 +22,12 @@ pub struct Geometry {
 impl Geometry {
     /// Bytes of its lists.
     pub fn bytes(&self) -> usize {
+        fn of<T>(list: Option<&Vec<T>>) -> usize {
+            list.map_or(0, |list| size_of_val(&list[..]))
+        }
         let Self { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = self;
-        let of_vertices = [24, 24, 32, 16, 16, 32].into_iter().zip([
-            true,
-            normals.is_some(),
-            tangents.is_some(),
-            uvs.is_some(),
-            uvs1.is_some(),
-            colors.is_some(),
-        ]);
-        let each: usize = of_vertices.filter(|(_, is_there)| *is_there).map(|(bytes, _)| bytes).sum();
-        each * positions.len() + size_of_val(&triangles[..])
+        let of_numbers = of(normals.as_ref()) + of(tangents.as_ref()) + of(uvs.as_ref()) + of(uvs1.as_ref());
+        of(Some(positions)) + of(Some(triangles)) + of_numbers + of(colors.as_ref())
     }
 
     /// Unit normals in the place of those that are none; how many were. They are the means of their faces, weighted by area.

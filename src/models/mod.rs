@@ -17,6 +17,7 @@ mod meshopt;
 mod model;
 mod mtl;
 mod mtl_map;
+mod name;
 mod obj;
 pub mod parts;
 mod ply;
@@ -29,6 +30,7 @@ pub use fault::{Fault, Faults, Kind, Place, Subject, Warning};
 pub use geometry::Geometry;
 pub use material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
 pub use model::{Lamp, LampKind, Model, ModelCamera, Picture, Placement, Projection, Up};
+pub(crate) use name::{NAME_BYTES, shortened};
 pub use which::{Which, counted};
 
 /// Gives the part of a model that has a name; an error is the end of a sentence that begins with the name.

@@ -1,5 +1,7 @@
 //! All limits of scenes. Errors name the constant.
 
+use crate::models;
+
 /// A limit by name, as errors and `GET /v1/limits` quote it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
@@ -26,7 +28,7 @@ pub const OBJECTS: Limit = Limit::new("objects", 2_000_000);
 /// Triangles written in a scene.
 pub const TRIANGLES: Limit = Limit::new("triangles", 20_000_000);
 /// Bytes of a name: of a scene, a material, a definition or an object, in UTF-8.
-pub const NAME_BYTES: Limit = Limit::new("name_bytes", 256);
+pub const NAME_BYTES: Limit = Limit::new("name_bytes", models::NAME_BYTES as u64);
 /// Lights.
 pub const LIGHTS: Limit = Limit::new("lights", 1_000);
 /// Corners of one polygon.

@@ -11,7 +11,7 @@ use serde_json::value::RawValue;
 /// material.
 const ELEMENTS: usize = 1 << 20;
 const ELEMENT_BYTES: usize = 1 << 26;
-/// Most lists and objects in each other: a few bytes of text, and hundreds in memory.
+/// Most lists and objects, at any depth: each is a few bytes of text, and hundreds in memory.
 const NESTED: usize = 1 << 21;
 
 /// A file, with its lists unread.

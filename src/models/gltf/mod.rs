@@ -23,6 +23,7 @@ use super::budget::worked;
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
 use super::model::{Lamp, LampKind, Model, ModelCamera, Placement, Projection};
+use super::name::{NAME_BYTES, shortened};
 use super::{Choice, Parts, counted};
 use buffers::Buffers;
 use glam::{DMat4, DQuat, DVec3};
@@ -33,12 +34,6 @@ use std::collections::HashMap;
 
 /// What an instance takes in a scene that is built, roughly; its accessor may have no bytes at all.
 const INSTANCE_BYTES: usize = 2_048;
-
-/// From here on the range of a lamp is no end that anything could be beyond.
-const FARTHEST: f64 = 1e15;
-
-/// Bytes of names that are kept. Each node that has a camera or a mesh has the name of it.
-const NAME_BYTES: usize = 256;
 
 /// The JSON of a file, in which pointers and offsets of faults are.
 pub fn json_of(bytes: &[u8]) -> &[u8] {
@@ -101,13 +96,9 @@ impl Ingredients {
     }
 }
 
-/// A name of at most [`NAME_BYTES`].
-fn cut(name: &str) -> String {
-    let mut end = name.len().min(NAME_BYTES);
-    while !name.is_char_boundary(end) {
-        end -= 1;
-    }
-    name[..end].to_owned()
+/// A name that each node which has a camera or a mesh repeats.
+fn kept(name: &str) -> String {
+    shortened(name, NAME_BYTES)
 }
 
 /// The model as it is built.
@@ -267,7 +258,7 @@ impl Builder<'_> {
             None => None,
         };
         self.buffers.budget.take(transforms.len() as u64, size_of::<DMat4>())?;
-        let name = || document.nodes[node].name.as_deref().or(document.meshes[mesh].name.as_deref()).map(cut);
+        let name = || document.nodes[node].name.as_deref().or(document.meshes[mesh].name.as_deref()).map(kept);
         let placements = &mut self.model.placements;
         let index = *self.placements.entry((geometry, material)).or_insert_with(|| {
             placements.push(Placement { geometry, material, name: name(), transforms: Vec::new() });
@@ -344,7 +335,7 @@ impl Builder<'_> {
             (None, Some(orthographic)) => Projection::Orthographic { height: 2.0 * orthographic.ymag.abs() },
             (None, None) => return,
         };
-        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(cut), placed, projection });
+        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(kept), placed, projection });
     }
 
     fn lamp(&mut self, index: usize, placed: DMat4) {
@@ -365,8 +356,7 @@ impl Builder<'_> {
             }
         };
         let (color, intensity) = (light.color.map(|channel| channel.max(0.0)), light.intensity.max(0.0));
-        // Programs write the largest number where there is no end.
-        let range = light.range.filter(|range| *range > 0.0 && *range < FARTHEST);
+        let range = light.range.filter(|range| *range > 0.0);
         self.model.lamps.push(Lamp { placed, color, intensity, range, kind });
     }
 }

@@ -1,10 +1,10 @@
-//! Placed triangles as objects: what stands in one place is a mesh of the scene itself, what stands in several is an instance, and
-//! so is what stands there in several materials if it is large.
+//! Placed triangles as objects: what stands in one place is a mesh of the scene itself, and what stands in several is an instance. A
+//! large mesh in several materials is an instance for each of them.
 
 use super::flat::is_flat;
-use crate::models::{Budget, Geometry, Kind, Model, Picture, Placement};
+use crate::models::{Budget, Geometry, Kind, Model, NAME_BYTES, Picture, Placement, shortened};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
-use crate::scene::limits::{Limit, MAGNITUDE, NAME_BYTES, TRIANGLES};
+use crate::scene::limits::{Limit, MAGNITUDE, TRIANGLES};
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems};
 use glam::DMat4;
@@ -137,13 +137,4 @@ fn mesh(geometry: Geometry, faces: Option<Arc<[[u32; 3]]>>, material: Option<Str
         name,
         hollow: false,
     }
-}
-
-/// A text, cut where scenes allow no more bytes of it.
-pub(super) fn shortened(text: &str, bytes: Limit) -> String {
-    let mut end = text.len().min(bytes.max as usize);
-    while !text.is_char_boundary(end) {
-        end -= 1;
-    }
-    text[..end].to_owned()
 }

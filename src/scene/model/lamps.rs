@@ -8,7 +8,7 @@ use crate::scene::description::{
     AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Fidelity, Light, PointLight, SpotLight,
     WindowedFalloff,
 };
-use crate::scene::limits::MAGNITUDE;
+use crate::scene::limits::{MAGNITUDE, SMALLEST_LENGTH};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -99,7 +99,9 @@ fn strength(lamp: &Lamp) -> f64 {
 fn light(lamp: &Lamp, dimmed: f64) -> Light {
     let color = Color(Rgb::from_array(lamp.color));
     let intensity = lamp.intensity / PI * dimmed;
-    let falloff = lamp.range.map_or(Falloff::InverseSquare, |range| Falloff::Windowed(WindowedFalloff { range }));
+    // Programs write the largest number where there is no end.
+    let range = lamp.range.filter(|range| *range < MAGNITUDE).map(|range| range.max(SMALLEST_LENGTH));
+    let falloff = range.map_or(Falloff::InverseSquare, |range| Falloff::Windowed(WindowedFalloff { range }));
     let position = lamp.placed.w_axis.truncate().to_array();
     let along = lamp.placed.transform_vector3(DVec3::NEG_Z).try_normalize().unwrap_or(DVec3::NEG_Z);
     let direction = along.to_array();

@@ -1,13 +1,14 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
-use super::bodies::shortened;
 use crate::models::gltf::media_type;
-use crate::models::{Alpha, Channel, Model, ModelMaterial, Picture, Subject, Texture, Warning, Wrap};
+use crate::models::{
+    Alpha, Channel, Model, ModelMaterial, NAME_BYTES, Picture, Subject, Texture, Warning, Wrap, shortened,
+};
 use crate::scene::check::is_closed;
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
 };
-use crate::scene::limits::{MAGNITUDE, NAME_BYTES, SMALLEST_LENGTH};
+use crate::scene::limits::{MAGNITUDE, SMALLEST_LENGTH};
 use crate::scene::named::Named;
 use crate::shading::lobes::MIRROR;
 use data_encoding::BASE64;

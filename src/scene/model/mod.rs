@@ -20,10 +20,9 @@ pub use views::Views;
 
 pub use super::description::UpAxis;
 use super::description::{Description, PictureNames};
-use super::limits::NAME_BYTES;
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
-use crate::models::{self, Choice, Model, ModelFormat, Up, Which, parts};
+use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Up, Which, parts, shortened};
 use bodies::Room;
 use framing::Placed;
 use glam::DMat4;
@@ -193,7 +192,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions).bounds();
     let views = Views {
-        name: model.name.map(|name| bodies::shortened(&name, NAME_BYTES)),
+        name: model.name.map(|name| shortened(&name, NAME_BYTES)),
         bodies: objects.len(),
         bounds,
         cameras: model.cameras,

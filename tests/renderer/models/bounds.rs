@@ -1,6 +1,6 @@
 //! Small files that would be much in memory, or work without end.
 
-use super::look::{FRONT, imported, matte, overrides, quads};
+use super::look::{FRONT, imported, matte, overrides, quads, seen};
 use data_encoding::BASE64;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use strahl::models::{Choice, ModelFormat, read};
 use strahl::render::Control;
 use strahl::scene::model::import;
 use strahl::scene::problem::Code;
-use strahl::scene::{NoFiles, Overrides, Problems};
+use strahl::scene::{Format, NoFiles, Overrides, Problems};
 
 fn refused(bytes: &[u8]) -> Problems {
     import(ModelFormat::Gltf, bytes, &Overrides::default(), &NoFiles).unwrap_err()
@@ -86,14 +86,44 @@ fn names_that_are_taken_are_passed_over() {
 
 /// Programs write the largest number for lamps that shine without end.
 #[test]
-fn lamps_that_reach_as_far_as_numbers_do_have_no_end() {
-    let more = json!({
-        "extensionsUsed": ["KHR_lights_punctual"],
-        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": 40, "range": f32::MAX }] } },
-        "nodes": [{ "mesh": 0 }, { "translation": [0, 1, 2], "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
-        "scenes": [{ "nodes": [0, 1] }]
+fn lamps_of_any_range_are_taken() {
+    let bright = |range: f32| {
+        let more = json!({
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": 40, "range": range }] } },
+            "nodes": [{ "mesh": 0 }, { "translation": [0, 1, 2], "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
+            "scenes": [{ "nodes": [0, 1] }]
+        });
+        seen(&quads(&[(FRONT, matte([0.5; 3]))], more), Format::Gltf, &overrides("front")).middle()
+    };
+    let [endless, far, tiny] = [f32::MAX, 1e6, 1e-30].map(bright);
+    assert_eq!(endless, far);
+    assert!(tiny < far, "{tiny:?} {far:?}");
+}
+
+/// A file without any vertex in it may still have millions of them, each material of a mesh its own.
+#[test]
+fn vertices_in_too_many_materials_are_refused_before_they_are_copied() {
+    let count = 1_500_000;
+    let data =
+        [[0_u8, 1, 2, 0].as_slice(), &[0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat()];
+    let data = data.concat();
+    let sparse = json!({
+        "count": 3, "indices": { "bufferView": 0, "componentType": 5121 }, "values": { "bufferView": 1 }
     });
-    let model =
-        read(ModelFormat::Gltf, &quads(&[(FRONT, matte([0.5; 3]))], more), &|_| Err(String::new()), Choice::default());
-    assert_eq!(model.unwrap().lamps[0].range, None);
+    let mut document = json!({
+        "asset": { "version": "2.0" },
+        "buffers": [{ "byteLength": 40, "uri": format!("data:application/octet-stream;base64,{}", BASE64.encode(&data)) }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 3 }, { "buffer": 0, "byteOffset": 4, "byteLength": 36 }],
+        "accessors": [
+            { "componentType": 5126, "count": count, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0], "sparse": sparse },
+            { "componentType": 5126, "count": count, "type": "VEC4" }
+        ],
+        "nodes": [{ "mesh": 0 }], "scenes": [{ "nodes": [0] }]
+    });
+    let primitive = |material: usize| json!({ "attributes": { "POSITION": 0, "COLOR_0": 1 }, "material": material });
+    document["meshes"] = json!([{ "primitives": (0..16).map(primitive).collect::<Vec<_>>() }]);
+    document["materials"] = json!(vec![matte([0.5; 3]); 16]);
+    let Problems(problems) = refused(document.to_string().as_bytes());
+    assert!(problems[0].code == Code::Limit && problems[0].detail.contains("decoded_bytes"), "{problems:?}");
 }
