@@ -1,0 +1,103 @@
+//! What commands say of a scene: warnings, problems, other formats, and the contract.
+
+use super::{BALL, done, fails, folder, strahl};
+use serde_json::Value;
+use std::path::Path;
+
+/// Whatever a command does with a scene, it says what is odd about it.
+#[test]
+fn commands_warn_of_what_is_odd_about_a_scene() {
+    let folder = folder("odd");
+    std::fs::write(
+        folder.join("dark.json"),
+        BALL.replace(r#""version": 1,"#, r#""version": 1, "lights": [], "ambient": 0,"#),
+    )
+    .unwrap();
+    let ray = r#"{"origin":[0,0,5],"direction":[0,0,-1]}"#;
+    for args in [
+        &["render", "dark.json", "-o", "a.png"][..],
+        &["frame", "dark.json", "--frame", "0", "-o", "f.png"],
+        &["tile", "dark.json", "--of", "2", "--index", "0", "-o", "0.tile"],
+        &["map", "dark.json", "--of", "rays", "-o", "m.png"],
+        &["tree", "dark.json", "--pixel", "9,9"],
+        &["rays", "dark.json"],
+        &["gallery", "dark.json", "-o", "g.html"],
+        &["tradeoff", "dark.json", "--seconds", "1", "-o", "t.html"],
+    ] {
+        let output = strahl(&folder, args, ray);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.contains("warning: dark.json: "), "{args:?}: {text}");
+        assert!(text.contains("there is no light"), "{args:?}: {text}");
+    }
+}
+
+#[test]
+fn nff_is_imported_and_the_import_is_a_scene() {
+    let folder = folder("import");
+    done(&folder, &["import", "ball.nff", "-o", "imported.json"], "");
+    let text = done(&folder, &["validate", "imported.json"], "");
+    assert!(String::from_utf8_lossy(&text).contains("is valid"));
+    let same = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
+    assert_eq!(same(&["ball.nff"]), same(&["imported.json"]));
+    fails(&folder, &["import", "imported.json"], "", 1, "scene JSON already");
+    std::fs::write(folder.join("a.png"), b"\x89PNG\r\n\x1a\n\0\0").unwrap();
+    for command in ["render", "validate", "import"] {
+        fails(&folder, &[command, "a.png"], "", 1, "a PNG picture");
+    }
+}
+
+#[test]
+fn validation_reports_every_problem() {
+    let folder = folder("validate");
+    let bad = BALL.replace("\"radius\": 1", "\"radius\": -1").replace("[0, 1, 0] } }\n  ]", "[0, 0, 0] } }\n  ]");
+    std::fs::write(folder.join("bad.json"), bad).unwrap();
+    fails(&folder, &["validate", "bad.json"], "", 1, "/objects/0/sphere/radius");
+    fails(&folder, &["validate", "bad.json"], "", 1, "2 problems");
+    let output = strahl(&folder, &["validate", "bad.json", "--format", "json"], "");
+    assert_eq!(output.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["valid"], report["errors"].as_array().map(Vec::len)), (&false.into(), Some(2)), "{report}");
+    let good: Value =
+        serde_json::from_slice(&done(&folder, &["validate", "ball.json", "--format", "json"], "")).unwrap();
+    assert_eq!(good["valid"], true);
+}
+
+#[test]
+fn the_contract_in_the_repository_is_the_one_in_the_code() {
+    let text = done(&folder("openapi"), &["openapi"], "");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("api/openapi.json");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let stored = std::fs::read(&path).unwrap();
+    assert!(stored == text, "api/openapi.json has drifted: `strahl openapi > api/openapi.json`");
+}
+
+#[test]
+fn the_schema_is_json() {
+    let schema: Value = serde_json::from_slice(&done(&folder("schema"), &["schema"], "")).unwrap();
+    assert!(schema["properties"]["camera"].is_object());
+}
+
+#[test]
+fn mistakes_have_an_exit_code_and_a_sentence() {
+    let folder = folder("mistakes");
+    fails(&folder, &["render", "nothing.json", "-o", "a.png"], "", 1, "nothing.json cannot be read");
+    fails(&folder, &["render", "-", "-o", "a.png"], "{", 1, "standard input");
+    fails(&folder, &["render", "ball.json", "-o", "nowhere/a.png"], "", 1, "no folder nowhere");
+    fails(&folder, &["render", "ball.json", "-o", "a.gif"], "", 2, "a.gif names no format");
+    fails(&folder, &["render", "ball.json", "-o", "-"], "", 2, "--format");
+    fails(&folder, &["render", "ball.json", "-o", "a.exr", "--bits", "16"], "", 2, "--bits is for PNG");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--spd-counts"], "", 2, "NFF");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "30,0,11,1"], "", 2, "40 x 30");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--region", "1,2,3"], "", 2, "four whole numbers");
+    fails(&folder, &["render", "ball.json", "-o", "a.png", "--threads", "0"], "", 2, "--threads");
+    fails(&folder, &["render"], "", 2, "<SCENE>");
+    fails(&folder, &["tree", "ball.json"], "", 2, "--pixel");
+    fails(&folder, &["tree", "ball.json", "--pixel", "40,0"], "", 2, "40 x 30");
+    fails(&folder, &["explain", "ball.json", "--region", "0,0,1,1"], "", 2, "--analyze");
+    fails(&folder, &["rays", "-"], "", 2, "--rays FILE");
+    fails(&folder, &["rendr"], "", 2, "render");
+    let help = strahl(&folder, &["render", "--help"], "");
+    assert!(help.status.success() && String::from_utf8_lossy(&help.stdout).contains("--min-weight"));
+}
