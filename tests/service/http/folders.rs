@@ -305,7 +305,7 @@ fn spoilt_tiles_are_rendered_again() {
     fs::write(&tiles, bytes).unwrap();
     let service = start(folder.path());
     assert!(succeeded(&service, &id)["stats"]["tiles_recovered"].as_u64() >= Some(1));
-    let alone = Service::start(&[]).post_json("/v1/render?width=384&height=384&samples=1", &mirrors());
+    let alone = Service::start(&[]).post_json("/v1/render?width=384&height=384&samples=4", &mirrors());
     assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).body, alone.body);
     service.wait_for_log("rendered again");
 }

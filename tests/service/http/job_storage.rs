@@ -28,7 +28,7 @@ fn killed_in_mid_render_it_goes_on_where_it_was_to_the_same_bytes() {
     );
     succeeded(&service, &waiting);
     let picture = service.get(&format!("/v1/jobs/{id}/image"));
-    let alone = Service::start(&[]).post_json("/v1/render?width=384&height=384&samples=1", &mirrors());
+    let alone = Service::start(&[]).post_json("/v1/render?width=384&height=384&samples=4", &mirrors());
     assert_eq!(picture.body, alone.body, "the same bytes as without a kill");
     drop(service);
     let service = Service::start(&data);

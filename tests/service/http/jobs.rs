@@ -17,7 +17,7 @@ pub(crate) fn mirrors() -> String {
 }
 
 /// Some seconds of work in a few dozen tiles.
-pub(crate) const LONG: &str = r#""settings": { "width": 384, "height": 384, "samples": 1 }"#;
+pub(crate) const LONG: &str = r#""settings": { "width": 384, "height": 384, "samples": 4 }"#;
 /// More work than any test waits for, within the limits of jobs.
 pub(crate) const ENDLESS: &str = r#""settings": { "width": 1024, "height": 1024, "samples": 8 }"#;
 
@@ -104,14 +104,21 @@ fn a_job_becomes_the_picture_that_a_request_gets() {
 }
 
 #[test]
-fn the_tiles_of_a_job_are_its_picture_and_looking_brings_them_forward() {
+fn looking_brings_tiles_forward() {
     let service = Service::start(&[]);
-    let id = submit(&service, &mirrors(), LONG);
-    let corner = service.get(&format!("/v1/jobs/{id}/tile?x=352&y=352&w=32&h=32"));
-    let tile = corner.picture().to_rgb8();
+    let id = submit(&service, &mirrors(), ENDLESS);
+    service.get(&format!("/v1/jobs/{id}/tile?x=992&y=992&w=32&h=32")).picture();
     let then = job(&service, &id);
     let (done, total) = (&then["progress"]["tiles_done"], &then["progress"]["tiles_total"]);
     assert!(done.as_u64() < total.as_u64().map(|total| total / 2), "{then}: the corner would have been last");
+    service.send("POST", &format!("/v1/jobs/{id}/cancel"), &[], b"");
+}
+
+#[test]
+fn the_tiles_of_a_job_are_its_picture() {
+    let service = Service::start(&[]);
+    let id = submit(&service, &mirrors(), LONG);
+    let tile = service.get(&format!("/v1/jobs/{id}/tile?x=352&y=352&w=32&h=32")).picture().to_rgb8();
     assert_eq!(service.send("POST", &format!("/v1/jobs/{id}/look?x=0&y=0&w=9&h=9"), &[], b"").status, 204);
     let outside = service.send("POST", &format!("/v1/jobs/{id}/look?x=380&y=0&w=9&h=9"), &[], b"");
     outside.problem(400, "invalid-parameter");
