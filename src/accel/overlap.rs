@@ -42,11 +42,16 @@ fn below<R: Real>(wide: &WideBvh<R>, child: Child, primitive: &impl Fn(usize) ->
 /// The largest sum of weights of boxes that hold one point: at most that of intervals along each axis, which is largest where
 /// one of them begins.
 fn densest<R: Real>(node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
-    let boxes = 0..node.count as usize;
     let along = |axis: usize| {
         let (min, max) = (&node.min[axis], &node.max[axis]);
-        let at = |point: R| boxes.clone().filter(|i| min[*i] <= point && point <= max[*i]).map(|i| weights[i]).sum();
-        boxes.clone().map(|i| at(min[i])).fold(0.0, f64::max)
+        // What each beginning is in. Boxes that a node has not weigh nothing, so all have turns and none is asked for.
+        let mut sums = [0.0; MAX_LANES];
+        for ((low, high), weight) in min.iter().zip(max).zip(weights) {
+            for (sum, point) in sums.iter_mut().zip(min) {
+                *sum += if low <= point && point <= high { *weight } else { 0.0 };
+            }
+        }
+        sums[..node.count as usize].iter().copied().fold(0.0, f64::max)
     };
     along(0).min(along(1)).min(along(2))
 }
