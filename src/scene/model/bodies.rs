@@ -2,11 +2,10 @@
 //! large mesh in several materials is an instance for each of them.
 
 use super::flat::is_flat;
-use crate::models::{Budget, Geometry, Kind, Model, NAME_BYTES, Picture, Placement, shortened};
+use crate::models::{Geometry, Model, NAME_BYTES, shortened};
 use crate::scene::description::{Instance, Mesh, Object, Transform};
-use crate::scene::limits::{Limit, MAGNITUDE, TRIANGLES};
+use crate::scene::limits::MAGNITUDE;
 use crate::scene::named::Named;
-use crate::scene::problem::{Code, Problem, Problems};
 use glam::DMat4;
 use std::sync::Arc;
 
@@ -14,44 +13,6 @@ use std::sync::Arc;
 const LARGE: usize = 4_096;
 /// Triangles that instances must save in all.
 const WORTH: usize = 100_000;
-
-/// Takes room for what a scene copies of a model, before it does: a mesh for each of its materials, and a picture wherever a material
-/// names it. Fails if the scene would have more triangles than it may, or more bytes than a model may be decoded to.
-pub(super) fn take_room(model: &Model, room: &mut Room, pointer: &str) -> Result<(), Problems> {
-    let refused = |detail: String| Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
-    let of = |placement: &Placement| model.geometries[placement.geometry].triangles.len() as u64;
-    room.triangles += model.placements.iter().map(of).sum::<u64>();
-    if room.triangles > TRIANGLES.max {
-        let Limit { name, max } = TRIANGLES;
-        return refused(format!("{} triangles are over the limit of {max} ({name})", room.triangles));
-    }
-    let meshes = model.placements.iter().map(|placement| model.geometries[placement.geometry].bytes());
-    let textures = model.materials.iter().flat_map(|material| material.textures().chain(material.opacity_texture()));
-    // In base64.
-    let written = |picture: &Picture| picture.bytes.len() / 3 * 4;
-    let named = textures.map(|texture| written(&model.pictures[texture.picture]));
-    for bytes in meshes.chain(named).chain(model.pictures.iter().map(written)) {
-        room.take(bytes, pointer)?;
-    }
-    Ok(())
-}
-
-/// What the models of a scene have taken so far.
-#[derive(Debug, Default)]
-pub(super) struct Room {
-    triangles: u64,
-    bytes: Budget,
-}
-
-impl Room {
-    /// Takes room for so many bytes.
-    pub(super) fn take(&self, bytes: usize, pointer: &str) -> Result<(), Problems> {
-        self.bytes.take(1, bytes).map_err(|fault| {
-            let code = if fault.kind == Kind::Cancelled { Code::Cancelled } else { Code::Limit };
-            Problems::one(Problem::new(pointer, code, fault.detail))
-        })
-    }
-}
 
 /// Definitions, whose names begin with a prefix, and objects. `names` are those of the materials in the scene.
 pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Named<Vec<Object>>, Vec<Object>) {

@@ -9,6 +9,7 @@ mod look;
 mod origin;
 mod placed;
 mod problems;
+mod room;
 mod scale;
 mod studio;
 mod view;
@@ -23,9 +24,9 @@ use super::description::{Description, PictureNames};
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Up, Which, parts, shortened};
-use bodies::Room;
 use framing::Placed;
 use glam::DMat4;
+use room::Room;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -182,7 +183,7 @@ fn read_upright(
 
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
-    bodies::take_room(&model, &mut Room::default(), "")?;
+    Room::default().take_model(&model, "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
     let is_unlit = look::is_unlit(&model);

@@ -1,7 +1,8 @@
 //! Models in scenes: each becomes a definition with its meshes, with materials of its own, and an instance of that. Models that
 //! say the same are one definition.
 
-use super::bodies::{self, Room};
+use super::bodies;
+use super::room::Room;
 use super::{ModelOptions, look, read_upright};
 use crate::control;
 use crate::models::Warning;
@@ -162,7 +163,7 @@ impl Reader<'_> {
         };
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
-        bodies::take_room(&model, &mut self.room, pointer)?;
+        self.room.take_model(&model, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
         if self.fidelity == Fidelity::Fast {
             warnings.extend(look::without_rays(&model));

@@ -1,0 +1,44 @@
+//! The memory that a scene may take for copies of its models' data.
+
+use crate::models::{Budget, Kind, Model, Picture, Placement};
+use crate::scene::limits::{Limit, TRIANGLES};
+use crate::scene::problem::{Code, Problem, Problems};
+
+/// What the models of a scene have taken so far.
+#[derive(Debug, Default)]
+pub(super) struct Room {
+    triangles: u64,
+    bytes: Budget,
+}
+
+impl Room {
+    /// Takes room for what a scene copies of a model, before it does: a mesh for each of its materials, and a picture wherever a
+    /// material names it. Fails if the scene would have more triangles than it may, or more bytes than a model may be decoded to.
+    pub(super) fn take_model(&mut self, model: &Model, pointer: &str) -> Result<(), Problems> {
+        let of = |placement: &Placement| model.geometries[placement.geometry].triangles.len() as u64;
+        self.triangles += model.placements.iter().map(of).sum::<u64>();
+        let Limit { name, max } = TRIANGLES;
+        if self.triangles > max {
+            let detail = format!("{} triangles are over the limit of {max} ({name})", self.triangles);
+            return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
+        }
+        let meshes = model.placements.iter().map(|placement| model.geometries[placement.geometry].bytes());
+        let textures =
+            model.materials.iter().flat_map(|material| material.textures().chain(material.opacity_texture()));
+        // In base64.
+        let written = |picture: &Picture| picture.bytes.len() / 3 * 4;
+        let named = textures.map(|texture| written(&model.pictures[texture.picture]));
+        for bytes in meshes.chain(named).chain(model.pictures.iter().map(written)) {
+            self.take(bytes, pointer)?;
+        }
+        Ok(())
+    }
+
+    /// Takes room for so many bytes.
+    pub(super) fn take(&self, bytes: usize, pointer: &str) -> Result<(), Problems> {
+        self.bytes.take(1, bytes).map_err(|fault| {
+            let code = if fault.kind == Kind::Cancelled { Code::Cancelled } else { Code::Limit };
+            Problems::one(Problem::new(pointer, code, fault.detail))
+        })
+    }
+}
