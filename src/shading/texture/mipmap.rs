@@ -165,7 +165,7 @@ impl Level {
         let i = y * self.width + x;
         match &self.texels {
             Texels::Numbers(texels) => texels[i],
-            Texels::Codes(codes, values) => decoded(codes, values, i),
+            Texels::Codes(codes, values) => decoded(codes.as_chunks().0[i], values),
         }
     }
 }
@@ -206,8 +206,7 @@ fn extremes(texels: &Texels) -> [[f32; 3]; 2] {
 
 /// What the codes of a texel stand for.
 #[inline(always)]
-pub(super) fn decoded(codes: &[u8], values: &[f32; 256], i: usize) -> [f32; 3] {
-    let [r, g, b] = [codes[3 * i], codes[3 * i + 1], codes[3 * i + 2]];
+pub(super) fn decoded([r, g, b]: [u8; 3], values: &[f32; 256]) -> [f32; 3] {
     [values[usize::from(r)], values[usize::from(g)], values[usize::from(b)]]
 }
 

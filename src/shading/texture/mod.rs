@@ -4,6 +4,8 @@ pub mod bump;
 pub mod checker;
 pub mod environment;
 pub mod image;
+mod look;
+mod looks;
 pub mod lookup;
 pub mod mipmap;
 pub mod noise;
