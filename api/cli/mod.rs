@@ -49,7 +49,7 @@ Examples:
   strahl explain scene.json
   strahl serve --listen 127.0.0.1:8080
 
-SCENE is a .json, .nff or .nff.gz file, or - for standard input.
+SCENE is a .json, .nff or .nff.gz file, a model (.glb, .gltf, .obj, .stl or .ply), or - for standard input.
 Exit codes: 0 done, 1 bad input, 2 bad usage, 130 interrupted.")]
 struct Cli {
     /// What to do.

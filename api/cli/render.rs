@@ -19,7 +19,7 @@ use strahl::tradeoff::duration;
 Examples:
   strahl render scenes/whitted/whitted.json                  the picture is whitted.png
   strahl render scene.json -o small.jpg --width 480 --height 270
-  strahl render scene.json -o exact.png --accuracy proved:0  the 8-bit codes of endless recursion
+  strahl render scene.json -o exact.png --accuracy proved:0  no 8-bit code is off, where that can be proved
   strahl render scene.json -o quick.png --accuracy time:200  the best picture in 200 ms
   strahl render scene.json -o linear.exr --stats cost.json   linear floats, and what the picture cost
   strahl render scene.json -o layers.exr --layers distance,normal,object  in one file, for compositing

@@ -39,7 +39,7 @@ pub(super) struct SettingsArgs {
     /// Pixels of the device for each pixel across and down, as the scene says or as given [default: 1].
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
     dpr: Option<f64>,
-    /// What the camera sees where nothing is: scene, transparent, or a colour as #rrggbb [default: as the scene says].
+    /// What the camera sees where nothing is: scene, transparent, or a color as #rrggbb [default: as the scene says].
     #[arg(long, value_name = "BACKGROUND")]
     background: Option<FilmBackground>,
     /// Exposure in stops, each of which doubles the light [default: as the scene says].
@@ -179,9 +179,9 @@ impl SettingsArgs {
 #[derive(Debug, Args)]
 pub(super) struct PictureArgs {
     /// Render only these pixels of the picture: left edge, upper edge, width, height.
-    #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
+    #[arg(long, value_name = "X,Y,W,H", value_parser = region, help_heading = None::<&str>)]
     pub(super) region: Option<Region>,
     /// Write the cost report as JSON: plan, times, rays. - is standard output.
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", help_heading = None::<&str>)]
     pub(super) stats: Option<PathBuf>,
 }

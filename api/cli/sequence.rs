@@ -132,10 +132,10 @@ pub(super) fn run(
 fn summarise(reports: &[Report], [width, height]: [u32; 2]) {
     let rays: u64 = reports.iter().map(|report| report.cost.rays.total()).sum();
     let trace_ms: f64 = reports.iter().map(|report| report.cost.phases_ms.trace).sum();
-    let codes = |report: &Report| report.error.proved.proof.as_ref().map(|proof| proof.max_codes);
-    let proved: Option<Vec<u8>> = reports.iter().map(codes).collect();
-    let proved = proved.and_then(|all| all.into_iter().max());
-    let bound = proved.map_or_else(String::new, |codes| format!("; proved: no frame is more than {codes} codes off"));
+    // Where nothing is proved, the error may be any.
+    let codes = |report: &&Report| report.error.proved.proof.as_ref().map_or(u8::MAX, |proof| proof.max_codes);
+    let worst = reports.iter().rev().max_by_key(codes);
+    let bound = worst.map_or_else(String::new, |report| format!("; of the worst frame {}", report.error.proved.in_words()));
     let count = reports.len();
     output::say(&format!(
         "{count} frames of {width} x {height} pixels, {rays} rays, {} tracing{bound}",

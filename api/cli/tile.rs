@@ -13,8 +13,8 @@ use strahl::tradeoff::duration;
 
 /// What is told of exit codes in the help of commands for managers.
 pub(super) const EXIT_CODES: &str = "\
-Exit codes: 0 done; to be given up: 2 bad usage, 65 bad scene or tile, 66 no such input, 73 no such output folder; to be tried
-again: 75 the store or the disk does not answer, 130 interrupted, 137 and 143 killed.";
+Exit codes: 0 done; to be given up: 2 bad usage, 65 bad scene or tile, 66 no such input, 73 the output cannot be written; to be
+tried again: 75 the store or the disk does not answer, 130 interrupted, 137 and 143 killed.";
 
 /// `strahl tile`.
 #[derive(Debug, Args)]

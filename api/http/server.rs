@@ -69,8 +69,7 @@ fn announce(listener: &TcpListener, what: &str) {
 /// Logs what to do with a service that has just started.
 fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     let Ok(address) = listener.local_addr() else { return };
-    let key = if settings.keys.is_some() { " -H 'Authorization: Bearer KEY'" } else { "" };
-    tracing::info!("try: curl http://{address}/v1/render{key} --data-binary @scene.json -o picture.png");
+    tracing::info!("try: {}", app.first_request(&format!("http://{address}")));
     tracing::info!("documentation: http://{address}/docs");
     if let Some(admin) = settings.admin_listen.filter(|address| !address.ip().is_loopback()) {
         tracing::warn!("other machines can reach --admin-listen {admin}, which asks for no key");

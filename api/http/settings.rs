@@ -17,12 +17,12 @@ use std::time::Duration;
 pub(crate) struct HttpSettings {
     /// Address and port to listen on; port 0 takes a free one. An address that other machines can reach needs --keys or
     /// --insecure-no-auth.
-    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    #[arg(long, env = "STRAHL_LISTEN", value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080", value_parser = address)]
     pub(crate) listen: SocketAddr,
     /// Address and port of the admin listener, which needs no keys: /livez, /readyz, /metrics. Usual is 127.0.0.1:9090;
     /// clients that can reach another address can read the metrics. Without this flag there is no admin listener, and
     /// /metrics is not served; /livez and /readyz are answered on --listen, too.
-    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT")]
+    #[arg(long, env = "STRAHL_ADMIN_LISTEN", value_name = "ADDRESS:PORT", value_parser = address)]
     pub(crate) admin_listen: Option<SocketAddr>,
     /// File of API keys, as `strahl key new` makes them. The service reads it again when it changes. Without it requests
     /// need no key.
@@ -68,14 +68,20 @@ impl HttpSettings {
         self.cors_origin.clone().unwrap_or(default)
     }
 
-    /// Where the files of the studio are.
-    pub(crate) fn studio(&self) -> Studio {
+    /// Where the files of the studio are. Fails if there is no such folder.
+    pub(crate) fn studio(&self) -> Result<Studio, String> {
         match &self.studio_files {
-            _ if self.no_studio => Studio::Off,
-            Some(folder) => Studio::Folder(folder.clone()),
-            None => Studio::Embedded,
+            _ if self.no_studio => Ok(Studio::Off),
+            Some(folder) if folder.is_dir() => Ok(Studio::Folder(folder.clone())),
+            Some(folder) => Err(format!("--studio-files {}: there is no such folder", folder.display())),
+            None => Ok(Studio::Embedded),
         }
     }
+}
+
+/// An address to listen on.
+pub(crate) fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "expected an IP address and a port, such as 127.0.0.1:8080; names are not looked up".to_owned())
 }
 
 /// Where the files of the studio are.

@@ -66,6 +66,10 @@ pub(crate) fn run(
     let app = open(threads, http, settings, farm, store, &mut folders)?;
     let courier = courier(&app);
     let served = runtime.block_on(async {
+        if http.admin_listen == Some(http.listen) && http.listen.port() != 0 {
+            let both = "--listen and --admin-listen are the same address: give each its own port";
+            return Err(StartError::Settings(both.into()));
+        }
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
@@ -130,7 +134,7 @@ pub(super) fn open(
         public_url: http.public_url.clone(),
         streams: ConcurrencyLimit::default(),
         tile_clients: ConcurrencyLimit::default(),
-        studio: http.studio(),
+        studio: http.studio().map_err(StartError::Settings)?,
         limits: http.limits.clone(),
         metrics,
         drain: Drain::default(),

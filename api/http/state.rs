@@ -52,6 +52,12 @@ impl AppState {
         };
         self.public_url.clone().unwrap_or_else(of_host)
     }
+
+    /// A first request, to try.
+    pub(crate) fn first_request(&self, base_url: &str) -> String {
+        let key = if self.access.needs_keys() { " -H 'Authorization: Bearer KEY'" } else { "" };
+        format!("curl {base_url}/v1/render{key} --data-binary @scene.json -o picture.png")
+    }
 }
 
 /// The state as handlers get it.

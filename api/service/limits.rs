@@ -50,10 +50,10 @@ pub(crate) struct Settings {
 #[command(next_help_heading = "Limits of one request")]
 pub(crate) struct AnswerLimits {
     /// Pixels of one answer.
-    #[arg(long, env = "STRAHL_MAX_PIXELS", value_name = "PIXELS", default_value_t = 8_300_000)]
+    #[arg(long, env = "STRAHL_MAX_PIXELS", value_name = "PIXELS", default_value_t = 8_300_000, value_parser = value_parser!(u64).range(1..))]
     pub(crate) max_pixels: u64,
     /// Samples of one answer: its pixels times the samples of each.
-    #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000)]
+    #[arg(long, env = "STRAHL_MAX_SAMPLES_TOTAL", value_name = "SAMPLES", default_value_t = 64_000_000, value_parser = value_parser!(u64).range(1..))]
     pub(crate) max_samples_total: u64,
     /// Seconds after which a request is given up.
     #[arg(long, env = "STRAHL_TIMEOUT", value_name = "SECONDS", default_value = "30", value_parser = seconds)]
@@ -196,7 +196,8 @@ impl AnswerLimits {
         let (pixels, max) = (region.pixels(), self.max_pixels);
         if pixels > max {
             let detail = format!(
-                "{width} x {height} is {pixels} pixels; one answer has at most {max} (max_pixels): ask for tiles"
+                "{width} x {height} is {pixels} pixels; one answer has at most {max} (max_pixels): ask for tiles, or \
+                 submit a job (POST /v1/jobs)"
             );
             return Err(Error::Limit { name: "max_pixels", max, detail });
         }

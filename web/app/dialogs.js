@@ -124,7 +124,7 @@ function Key() {
   };
   return html`<${Dialog} title="Key for the service" close=${close}>
     <form class="form" onSubmit=${take}>
-      <p>A service with keys wants one: <code>rk_…</code>, as <code>strahl key new</code> makes it. The page keeps it in memory and sends it to this service alone.</p>
+      <p>This service needs a key, <code>rk_…</code>, as <code>strahl key new</code> makes it. The page keeps it in memory and sends it to this service alone.</p>
       <input type="text" name="username" autocomplete="username" value="strahl" hidden />
       <label>Key<input class="field" type="password" autocomplete="current-password" autofocus required value=${typed.value} aria-invalid=${wrong.value !== "" ? "true" : undefined}
         aria-describedby="key-wrong" onInput=${(/** @type {any} */ event) => (typed.value = event.currentTarget.value)} /></label>

@@ -61,6 +61,7 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
             };
             Err(unsupported(what.into()))
         }
+        None if body.is_empty() => Err(unsupported("the body is empty".into())),
         None => Err(unsupported("there is no Content-Type, and the body is not a JSON object".into())),
     }
 }

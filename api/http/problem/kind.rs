@@ -33,7 +33,7 @@ kinds! {
     InvalidRequest = "invalid-request", UNPROCESSABLE_ENTITY, "The request's JSON is not what is expected",
         "`detail` says what is wrong. What each request takes is described at /openapi.json.";
     InvalidParameter = "invalid-parameter", BAD_REQUEST, "A parameter is wrong",
-        "`errors` lists every parameter that is unknown, missing or out of range.";
+        "`detail` says what is wrong. `errors`, if it is there, lists every parameter that is unknown, missing or out of range.";
     InvalidScene = "invalid-scene", UNPROCESSABLE_ENTITY, "The scene is not valid",
         "`errors` lists every problem with its JSON pointer, line and column. The format is described at \
          /schema/scene.json.";
@@ -45,13 +45,15 @@ kinds! {
     InvalidRays = "invalid-rays", UNPROCESSABLE_ENTITY, "The rays are not valid",
         "The body is {\"scene\": {...}, \"rays\": [{\"origin\": [0,0,5], \"direction\": [0,0,-1]}]}.";
     UnsupportedMediaType = "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The body's type is not understood",
-        "Send application/json, text/x-nff, or application/gzip for a compressed NFF file.";
+        "Send application/json, or text/x-nff, or application/gzip for a compressed NFF file. Models are model/gltf-binary, \
+         model/gltf+json, model/obj, model/stl or model/ply, and those in several files multipart/form-data.";
     NotAcceptable = "not-acceptable", NOT_ACCEPTABLE, "No acceptable format",
         "`available` lists the formats there are.";
     TooLarge = "too-large", PAYLOAD_TOO_LARGE, "The request is too large",
         "`limit` names the limit. All limits are at /v1/limits. Sending the same again does not help.";
     CostLimit = "cost-limit", PAYLOAD_TOO_LARGE, "The picture is too much work for one answer",
-        "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples.";
+        "`limit` names the limit. Ask for tiles (POST /v1/render/tile), a smaller picture or fewer samples, or submit a job \
+         (POST /v1/jobs), which may be larger.";
     InvalidEncoding = "invalid-encoding", BAD_REQUEST, "The body cannot be decompressed",
         "A body with Content-Encoding: gzip has to be a complete gzip file.";
     MalformedRequest = "malformed-request", BAD_REQUEST, "Malformed HTTP request",

@@ -95,8 +95,6 @@ async fn explain(State(app): State<App>, request: Request) -> Result<Response, P
 
 async fn of_image(State(app): State<App>, Path(image): Path<String>, request: Request) -> Result<Response, Problem> {
     let answer = |app: &AppState, work: &Work, ready: &Arc<PreparedScene>, analyze| {
-        // The pilot of a picture beyond all limits would take as long as others' pictures.
-        app.service.settings.answers.check(Region::whole(ready.scene.width, ready.scene.height), 1)?;
         plan(app, work, ready, Loading::default(), analyze)
     };
     ask_image(app, image, request, analyze, answer).await

@@ -35,7 +35,7 @@ async fn home(State(app): State<App>, parts: Parts) -> Result<Response, Problem>
         let about = [(header::LOCATION, "/studio"), (header::VARY, "Accept")];
         return Ok((StatusCode::SEE_OTHER, about).into_response());
     }
-    let curl = format!("curl {}/v1/render --data-binary @scene.json -o picture.png", app.base_url(&parts.extensions));
+    let curl = app.first_request(&app.base_url(&parts.extensions));
     let intro = "strahl: POST a JSON scene, get a ray-traced picture and what it cost.";
     // The first place is the studio.
     let places = PLACES.iter().skip(usize::from(app.studio == Studio::Off));

@@ -110,8 +110,13 @@ fn asked(query: &mut Query) -> Asked {
         _ => Format::Png,
     };
     let format = query.word("format", format).unwrap_or(usual);
+    let formats = match of {
+        Of::Object => "json, pfm or exr",
+        _ if is_seen => "pfm or exr",
+        _ => "png, pfm or exr",
+    };
     if (format == Format::Json && of != Of::Object) || (format == Format::Png && is_seen) {
-        query.wrong("format", "out-of-range", "PNG is for maps with a scale, JSON for of=object: ask for pfm".into());
+        query.wrong("format", "out-of-range", format!("expected {formats} for this map"));
     }
     let step = query.count("step", step, COARSEST).unwrap_or(1);
     let part = query.part();
@@ -120,8 +125,9 @@ fn asked(query: &mut Query) -> Asked {
     }
     let pointer = query.text("pointer", pointer);
     let share = match (of, pointer) {
-        (Of::Share, pointer) => format!("share:{}", pointer.unwrap_or_default()).parse().map_err(|detail: String| {
-            query.wrong("pointer", "out-of-range", detail);
+        (Of::Share, pointer) => format!("share:{}", pointer.unwrap_or_default()).parse().map_err(|_| {
+            let detail = "of=share needs an object: pointer=/objects/3 is the fourth of the scene's objects";
+            query.wrong("pointer", "out-of-range", detail.into());
         }),
         (_, Some(_)) => {
             query.wrong("pointer", "out-of-range", "it goes with of=share".into());

@@ -143,7 +143,12 @@ fn panicked(_: Box<dyn Any + Send>) -> Response {
 
 /// The answer to any other path.
 async fn not_found(uri: Uri) -> Problem {
-    Problem::new(Kind::NotFound, format!("there is nothing at {}; /openapi.json lists what there is", uri.path()))
+    let path = uri.path();
+    let detail = match path {
+        "/metrics" => "metrics are on the listener for operators (--admin-listen)".to_owned(),
+        _ => format!("there is nothing at {path}; /openapi.json lists what there is"),
+    };
+    Problem::new(Kind::NotFound, detail)
 }
 
 /// The answer to a method that a path does not take.

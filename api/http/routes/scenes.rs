@@ -74,7 +74,7 @@ struct SceneLinks {
     /// The scene's canonical text.
     #[serde(rename = "self")]
     this: String,
-    /// The picture as a PNG.
+    /// The picture as a PNG, or where it has more pixels than one answer may have, a small one.
     image: String,
     /// The description of the image for IIIF.
     iiif: String,
@@ -92,9 +92,14 @@ async fn add(State(app): State<App>, request: Request) -> Result<Response, Probl
         move |work: &Work| service.remember(work, &tenant, &SentScene::new(body.as_ref(), &form, &overrides), zoom)
     };
     let remembered = app.service.run(tenant.task(Class::Renders), work).await?.value;
-    let Remembered { ready, image, size: [width, height], estimate, is_new } = remembered;
-    let image_id = image.to_string();
+    let Remembered { ready, image: id, size: [width, height], estimate, is_new } = remembered;
+    let image_id = id.to_string();
     let [iiif, dzi, xyz] = tiles_of(&image_id);
+    let is_whole = u64::from(width) * u64::from(height) <= app.service.settings.answers.max_pixels;
+    let image = match is_whole {
+        true => format!("/v1/images/{image_id}.png"),
+        false => format!("/iiif/3/{image_id}/full/!1024,1024/0/default.png"),
+    };
     let this = format!("/v1/scenes/{}", ready.scene_id);
     let location = [(header::LOCATION, this.clone())];
     let known = KnownScene {
@@ -104,7 +109,7 @@ async fn add(State(app): State<App>, request: Request) -> Result<Response, Probl
         height,
         warnings: &ready.scene.warnings,
         estimate,
-        links: SceneLinks { this, image: format!("/v1/images/{image_id}.png"), iiif, dzi, xyz },
+        links: SceneLinks { this, image, iiif, dzi, xyz },
         image_id,
     };
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };

@@ -184,7 +184,7 @@ impl Proved {
     }
 
     /// The same in words.
-    fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         let against = match self.reach.max_depth {
             Some(depth) if self.reach.because.iter().any(|pointer| pointer == "/render/max_depth") => {
                 format!("recursion to depth {depth}")
@@ -242,8 +242,11 @@ fn shortfall(proof: &Proof, scene: &Scene) -> Option<String> {
              1}}}} rays are followed until it is at most 1, as long as that is within reach"
         )),
         Pruning::Proved { max_codes } if codes > max_codes => {
-            let pixels = proof.beyond[usize::from(max_codes.min(2))];
-            Some(format!("the proof of {pixels} pixels was given up: {GIVEN_UP}"))
+            let pixels = match proof.beyond[usize::from(max_codes.min(2))] {
+                1 => "1 pixel".to_owned(),
+                pixels => format!("{pixels} pixels"),
+            };
+            Some(format!("the proof of {pixels} was given up: {GIVEN_UP}"))
         }
         _ => None,
     }

@@ -31,7 +31,7 @@ pub(super) fn routes() -> Vec<Route> {
             .header("If-None-Match", "The ETag of the preview that the client has.")
             .header("Prefer", prefer)
             .query(after_and_wait)
-            .answer(200, "The preview; its revision is its ETag", &[Content::file("image/png")])
+            .answer(200, "The preview. `Preview-Revision` is its number, for `after`", &[Content::file("image/png")])
             .answer(304, "There is no other yet", &[]),
     ]
 }
