@@ -6,7 +6,7 @@ from plot import step_for, ticks
 
 WIDTH, HEIGHT = 440, 300
 LEFT, RIGHT, TOP, BOTTOM = 60, 24, 40, 46
-COLOUR = "#36a"
+COLOR = "#36a"
 
 
 def short(number):
@@ -53,9 +53,9 @@ class Panel:
         if dashed:
             self.out.append(f'<path d="M{path}" fill="none" stroke="#999" stroke-dasharray="5 4"/>')
             return
-        self.out.append(f'<path d="M{path}" fill="none" stroke="{COLOUR}" stroke-width="2"/>')
+        self.out.append(f'<path d="M{path}" fill="none" stroke="{COLOR}" stroke-width="2"/>')
         for x, y in zip(xs, ys):
-            self.out.append(f'<circle cx="{self.x(x):.1f}" cy="{self.y(y):.1f}" r="4" fill="{COLOUR}"><title>'
+            self.out.append(f'<circle cx="{self.x(x):.1f}" cy="{self.y(y):.1f}" r="4" fill="{COLOR}"><title>'
                             f'{short(x)} {self.names[0]}: {y:g} {self.names[1]}</title></circle>')
 
     def bars(self, names, lengths):
@@ -66,7 +66,7 @@ class Panel:
         for i, (name, length) in enumerate(zip(names, lengths)):
             top = TOP + i * gap
             self.out.append(f'<rect x="{left}" y="{top + 3:.1f}" width="{self.x(length) - left:.1f}" '
-                            f'height="{gap - 6:.1f}" fill="{COLOUR}"/>')
+                            f'height="{gap - 6:.1f}" fill="{COLOR}"/>')
             self.out.append(f'<text x="{left - 8}" y="{top + gap / 2 + 4:.1f}" text-anchor="end">{name}</text>')
             self.out.append(f'<text x="{self.x(length) - 5:.1f}" y="{top + gap / 2 + 4:.1f}" text-anchor="end" '
                             f'fill="#fff">{length:.2f}</text>')

@@ -9,7 +9,7 @@ from generate import write
 
 
 def png(width, height, pixel):
-    """A picture of pixel(x, y) as a data URL; colours are sRGB from 0 to 255, y goes down."""
+    """A picture of pixel(x, y) as a data URL; colors are sRGB from 0 to 255, y goes down."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
     code = lambda x: max(0, min(255, round(x)))

@@ -1,4 +1,4 @@
-//! Vectors, colours and the few functions of the reals that must give the same bits on every machine.
+//! Vectors, colors and the few functions of the reals that must give the same bits on every machine.
 //!
 //! Descriptions and everything computed once per scene use f64 ([`glam::DVec3`]); the tracing kernel has its own
 //! vectors over [`lanes`](crate::lanes). Transcendental functions come from the pure-Rust `libm`, not from the
@@ -17,7 +17,7 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// A linear colour or radiance; each channel at least 0.
+/// A linear color or radiance; each channel at least 0.
 pub type Rgb = glam::DVec3;
 
 /// sRGB transfer function (IEC 61966-2-1): encoded value in [0, 1] to linear light in [0, 1].

@@ -135,7 +135,8 @@ fn summarise(reports: &[Report], [width, height]: [u32; 2]) {
     // Where nothing is proved, the error may be any.
     let codes = |report: &&Report| report.error.proved.proof.as_ref().map_or(u8::MAX, |proof| proof.max_codes);
     let worst = reports.iter().rev().max_by_key(codes);
-    let bound = worst.map_or_else(String::new, |report| format!("; of the worst frame {}", report.error.proved.in_words()));
+    let bound =
+        worst.map_or_else(String::new, |report| format!("; of the worst frame {}", report.error.proved.in_words()));
     let count = reports.len();
     output::say(&format!(
         "{count} frames of {width} x {height} pixels, {rays} rays, {} tracing{bound}",

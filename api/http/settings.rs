@@ -81,7 +81,8 @@ impl HttpSettings {
 
 /// An address to listen on.
 pub(crate) fn address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_| "expected an IP address and a port, such as 127.0.0.1:8080; names are not looked up".to_owned())
+    text.parse()
+        .map_err(|_| "expected an IP address and a port, such as 127.0.0.1:8080; names are not looked up".to_owned())
 }
 
 /// Where the files of the studio are.

@@ -16,7 +16,7 @@ SOLID = 0.9
 
 
 def read(path):
-    """Colours over white from 0 to 255, and alpha from 0 to 1."""
+    """Colors over white from 0 to 255, and alpha from 0 to 1."""
     pixels = np.asarray(Image.open(path).convert("RGBA"), dtype=np.float64)
     alpha = pixels[:, :, 3:] / 255
     return pixels[:, :, :3] * alpha + 255 * (1 - alpha), alpha[:, :, 0]

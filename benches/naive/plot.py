@@ -56,10 +56,10 @@ def plot(figures):
     heights = spread([y(row["survived"]["single"]) for _, row in by_height], 15)
     for (name, row), height in zip(by_height, heights):
         at = x(row["time"]), y(row["survived"]["single"])
-        colour = {"robust": "#0a7", "naive": "#c33"}.get(name, "#36a")
+        color = {"robust": "#0a7", "naive": "#c33"}.get(name, "#36a")
         label = name.replace("robust - ", "without ")
         out.append(f'<path d="M{at[0]:.1f} {at[1]:.1f}L{at[0] + 14:.1f} {height:.1f}" stroke="#999"/>')
-        out.append(f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="4.5" fill="{colour}"><title>{label}: {row["time"]} '
+        out.append(f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="4.5" fill="{color}"><title>{label}: {row["time"]} '
                    f'times naive, {row["survived"]["single"]} of {of}</title></circle>')
         out.append(f'<text x="{at[0] + 17:.1f}" y="{height + 4:.1f}">{label}</text>')
     out.append("</svg>")

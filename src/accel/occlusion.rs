@@ -35,7 +35,7 @@ impl Blockers {
     }
 }
 
-/// How much of each colour passes along each active ray between `t_min` and `t_max`.
+/// How much of each color passes along each active ray between `t_min` and `t_max`.
 ///
 /// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on the
 /// order of the scene. So the factors are collected and multiplied in the order of their size.
@@ -67,7 +67,7 @@ pub fn transmittance<L: Lanes>(
     V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed)
 }
 
-/// An order of colours by nothing but their values.
+/// An order of colors by nothing but their values.
 fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
     a.map(Real::to_f64).partial_cmp(&b.map(Real::to_f64)).unwrap_or(Ordering::Equal)
 }

@@ -1,6 +1,6 @@
-//! From radiance to the colours that a picture shows: exposure, and a tone curve.
+//! From radiance to the colors that a picture shows: exposure, and a tone curve.
 //!
-//! Radiance stays as it is. A picture whose radiance is only known to lie in an interval gets an interval of colours here, so
+//! Radiance stays as it is. A picture whose radiance is only known to lie in an interval gets an interval of colors here, so
 //! that what is proved of its light is proved of its codes. Where channels are mixed, that is interval arithmetic (Moore
 //! 1966), which may be wider than the truth, never narrower.
 
@@ -16,7 +16,7 @@ pub struct Display {
     /// Factor on all radiance.
     gain: f64,
     tone: ToneMapping,
-    /// The linear colour that formats of codes show where the background is transparent.
+    /// The linear color that formats of codes show where the background is transparent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     backdrop: Option<[f32; 3]>,
 }
@@ -37,13 +37,13 @@ impl Display {
         Self { gain: crate::math::pow(2.0, stops), tone, backdrop: None }
     }
 
-    /// The same over a linear colour, where the background is transparent.
+    /// The same over a linear color, where the background is transparent.
     #[must_use]
     pub fn over(self, color: [f64; 3]) -> Self {
         Self { backdrop: Some(color.map(|channel| channel as f32)), ..self }
     }
 
-    /// That colour.
+    /// That color.
     pub(crate) fn backdrop(&self) -> Option<[f32; 3]> {
         self.backdrop
     }
@@ -64,7 +64,7 @@ impl Display {
         self.gain
     }
 
-    /// The linear colour that is shown for a radiance.
+    /// The linear color that is shown for a radiance.
     #[inline(always)]
     pub fn show(&self, radiance: [f32; 3]) -> [f32; 3] {
         if self.is_plain() { radiance } else { self.changed(radiance) }
@@ -80,7 +80,7 @@ impl Display {
         shown.map(|channel| channel as f32)
     }
 
-    /// The linear colours that are shown for many radiances, by the current rayon pool.
+    /// The linear colors that are shown for many radiances, by the current rayon pool.
     pub(crate) fn all<'a>(&self, radiance: &'a [[f32; 3]]) -> Cow<'a, [[f32; 3]]> {
         if self.is_plain() {
             return Cow::Borrowed(radiance);
@@ -88,7 +88,7 @@ impl Display {
         Cow::Owned(radiance.par_iter().with_min_len(1 << 10).map(|pixel| self.show(*pixel)).collect())
     }
 
-    /// The lowest and the highest colour that is shown for a radiance between `low` and `high`, channel by channel.
+    /// The lowest and the highest color that is shown for a radiance between `low` and `high`, channel by channel.
     pub fn ends(&self, low: [f32; 3], high: [f32; 3]) -> [[f32; 2]; 3] {
         if self.tone == ToneMapping::None || low == high {
             let (low, high) = (self.show(low), self.show(high));
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn no_colour_leaves_the_interval_of_its_radiance() {
+    fn no_color_leaves_the_interval_of_its_radiance() {
         for tone in CURVES {
             for stops in [-3.0, 0.0, 0.3, 5.0] {
                 let display = Display::new(stops, tone);
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_radiance_has_a_colour() {
+    fn odd_radiance_has_a_color() {
         for tone in CURVES {
             let display = Display::new(1.0, tone);
             for odd in [f32::NAN, f32::INFINITY, f32::MAX, 0.0, 1e-40] {

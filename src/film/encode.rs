@@ -33,7 +33,7 @@ impl Codes {
         Self { size, codes, channels: if alone { 3 } else { 4 } }
     }
 
-    /// Codes of 8 bits, mirrored, turned and without colour as asked.
+    /// Codes of 8 bits, mirrored, turned and without color as asked.
     #[must_use]
     pub fn adjusted(self, adjustment: Adjustment) -> Self {
         let (size, codes) = match self.channels {
@@ -62,7 +62,7 @@ impl Codes {
     }
 }
 
-/// Codes of colours, each pixel with that of its alpha behind.
+/// Codes of colors, each pixel with that of its alpha behind.
 fn with_alpha<const BYTES: usize>(colors: &[u8], alpha: &[f32], code: impl Fn(f32) -> [u8; BYTES]) -> Vec<u8> {
     let mut codes = Vec::with_capacity(colors.len() + alpha.len() * BYTES);
     for (color, alpha) in colors.chunks_exact(3 * BYTES).zip(alpha) {

@@ -13,7 +13,7 @@ use exr::prelude::{
 };
 use std::ops::Range;
 
-/// One part with the channels R, G and B, and A where the background is transparent: then the colours are multiplied by it,
+/// One part with the channels R, G and B, and A where the background is transparent: then the colors are multiplied by it,
 /// as the format wants it.
 pub(super) fn encode(film: &Film) -> Vec<u8> {
     let width = film.region.width as usize;

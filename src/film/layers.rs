@@ -1,4 +1,4 @@
-//! Layers of a picture beside its colours: what stands in each pixel of one file with many channels, or of pictures of their own.
+//! Layers of a picture beside its colors: what stands in each pixel of one file with many channels, or of pictures of their own.
 
 use super::cryptomatte::{Cryptomatte, RANKS, Ranks};
 use super::{Codes, FileFormat, Film, Region, png};
@@ -19,7 +19,7 @@ pub enum Layer {
     Position(Vec<[f32; 3]>),
     /// Unit vectors; 0 where nothing is.
     Normal(Vec<[f32; 3]>),
-    /// Colours.
+    /// Colors.
     Albedo(Vec<[f32; 3]>),
     /// Names.
     Ids(Cryptomatte),

@@ -130,7 +130,7 @@ impl Film {
         !self.alpha.is_empty() && self.display.backdrop().is_none()
     }
 
-    /// The linear colours that pictures of codes show, over the backdrop or else black where the background is transparent.
+    /// The linear colors that pictures of codes show, over the backdrop or else black where the background is transparent.
     pub fn shown(&self) -> Cow<'_, [[f32; 3]]> {
         if self.alpha.is_empty() {
             return self.display.all(&self.pixels);
@@ -143,7 +143,7 @@ impl Film {
         Cow::Owned(straight.iter().zip(&alpha).map(over).collect())
     }
 
-    /// The linear colours that are shown, not multiplied by alpha, and their alpha. Files of codes have no colours above 1. So
+    /// The linear colors that are shown, not multiplied by alpha, and their alpha. Files of codes have no colors above 1. So
     /// where a highlight on glass is brighter than its alpha, they have more alpha: over black the light is whole, and what is
     /// behind it shows less.
     fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {

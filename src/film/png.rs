@@ -56,7 +56,7 @@ fn write(
     if let Some(note) = note {
         encoder.add_itxt_chunk(NOTE.to_owned(), note.to_owned())?;
     }
-    // Without it a viewer may assume another colour space.
+    // Without it a viewer may assume another color space.
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     // The balanced default takes 6 to 12 times as long, for 12 to 30 % less. Choosing a filter for each row takes 1.3
     // times as long and saves 2 % on the golden pictures; with Sub they are 1 % larger, and triangles seen small 25 %.

@@ -1,6 +1,6 @@
 //! Tone curves: bright light is compressed until it fits a screen.
 //!
-//! Each curve comes twice: for a colour, and for an interval of each channel of a colour. The second follows the first step
+//! Each curve comes twice: for a color, and for an interval of each channel of a color. The second follows the first step
 //! by step, and every step grows or falls in each of its inputs, so its ends are those of the inputs.
 
 use crate::lanes::Lanes;
@@ -15,7 +15,7 @@ pub enum ToneMapping {
     /// Not at all: each channel above 1 is cut off at 1.
     #[default]
     None,
-    /// Khronos PBR Neutral: colours below 0.8 stay almost as they are, brighter ones keep their hue and fade to white.
+    /// Khronos PBR Neutral: colors below 0.8 stay almost as they are, brighter ones keep their hue and fade to white.
     KhronosPbrNeutral,
     /// AgX with its default contrast, as in three.js and Filament: 16.5 stops like photographic film, of which mid-grey, 0.18,
     /// becomes half of all codes.
@@ -50,20 +50,20 @@ pub(super) fn khronos_pbr_neutral(color: [f64; 3]) -> [f64; 3] {
     color.map(|channel| new_peak * (channel / peak * (1.0 - fade) + fade))
 }
 
-/// The light that a mirroring surface has added to a colour with this least channel. It grows with it.
+/// The light that a mirroring surface has added to a color with this least channel. It grows with it.
 fn fresnel(least: f64) -> f64 {
     if least < 0.08 { least - 6.25 * least * least } else { 0.04 }
 }
 
-/// What is added to colours with these least channels so that Khronos PBR Neutral takes it away again: `fresnel` of the sum.
-/// Colours whose brightest channel is below `START` are then shown as they are.
+/// What is added to colors with these least channels so that Khronos PBR Neutral takes it away again: `fresnel` of the sum.
+/// Colors whose brightest channel is below `START` are then shown as they are.
 #[inline(always)]
 pub fn taken_by_khronos_pbr_neutral<L: Lanes>(s: L::Simd, least: L) -> L {
     let bright = L::lit(s, 0.04);
     L::select(least.lt(bright), (least * L::lit(s, 0.16)).sqrt() - least, bright)
 }
 
-/// What becomes of the brightest channel, and how much a colour fades to white. Both grow with it.
+/// What becomes of the brightest channel, and how much a color fades to white. Both grow with it.
 fn compressed(peak: f64) -> [f64; 2] {
     let room = 1.0 - START;
     let new_peak = 1.0 - room * room / (peak + room - START);
@@ -90,7 +90,7 @@ pub(super) fn khronos_pbr_neutral_ends(color: [Ends; 3]) -> [Ends; 3] {
         let shares = [low / bright[1], (high / bright[0]).min(1.0)];
         let faded = |share: f64, fade: f64| share * (1.0 - fade) + fade;
         let ends = [least * faded(shares[0], fade_least), most * faded(shares[1], fade_most)];
-        // Where the peak may lie below the start of compression, colours may stay as they are.
+        // Where the peak may lie below the start of compression, colors may stay as they are.
         outwards(if peak[0] < START { [ends[0].min(low), ends[1].max(high.min(START))] } else { ends })
     })
 }
@@ -100,7 +100,7 @@ type Matrix = [[f64; 3]; 3];
 /// Linear sRGB to linear Rec. 2020, by rows.
 const TO_REC2020: Matrix = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
 const FROM_REC2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
-/// AgX: colours move towards grey before each channel is compressed, and away from it afterwards.
+/// AgX: colors move towards grey before each channel is compressed, and away from it afterwards.
 const INSET: Matrix = [
     [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
     [0.137318972929847, 0.761241990602591, 0.101439036467562],
@@ -154,7 +154,7 @@ mod tests {
     use crate::math;
 
     #[test]
-    fn neutral_keeps_dark_colours_and_fades_bright_ones() {
+    fn neutral_keeps_dark_colors_and_fades_bright_ones() {
         let close = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
         // Below the start only the offset of 0.04 is taken away.
         assert!(close(khronos_pbr_neutral([0.5, 0.3, 0.2]), [0.46, 0.26, 0.16]));

@@ -1,4 +1,4 @@
-//! Maps of a picture in false colours: proved errors, rays, time and depth of each pixel.
+//! Maps of a picture in false colors: proved errors, rays, time and depth of each pixel.
 
 use super::map_scale::{Scale, viridis};
 use crate::film::{Film, Region, encode_gray};

@@ -174,7 +174,7 @@ impl Overlay<'_> {
         }
     }
 
-    /// Rows of text, some with a colour.
+    /// Rows of text, some with a color.
     fn legend(&self, segments: &[Segment<'_>], all: usize) -> Vec<(Option<&'static str>, String)> {
         let [x, y] = self.tree.pixel;
         let samples = of_samples(self.tree.samples, self.all_samples);

@@ -1,4 +1,4 @@
-//! What drawings of rays have in common: kinds with their colours and names, labels, and text in XML.
+//! What drawings of rays have in common: kinds with their colors and names, labels, and text in XML.
 
 use super::tree::{Node, NodeKind, Tree};
 
@@ -41,7 +41,7 @@ impl Kind {
         }
     }
 
-    /// Its colour.
+    /// Its color.
     pub(super) fn color(self) -> &'static str {
         match self {
             Self::Camera => "#1f3a93",

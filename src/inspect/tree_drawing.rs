@@ -1,4 +1,4 @@
-//! Drawings of a ray tree: Graphviz text and SVG, coloured by the kind of ray.
+//! Drawings of a ray tree: Graphviz text and SVG, colored by the kind of ray.
 
 use super::ray_kinds::{Kind, destination, ending, heaviest, label, material, of_samples, xml};
 use super::tree::{Ended, Node, Tree};

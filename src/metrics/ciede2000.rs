@@ -1,4 +1,4 @@
-//! The colour difference CIEDE2000 (Sharma, Wu, Dalal, The CIEDE2000 Color-Difference Formula: Implementation Notes,
+//! The color difference CIEDE2000 (Sharma, Wu, Dalal, The CIEDE2000 Color-Difference Formula: Implementation Notes,
 //! Supplementary Test Data, and Mathematical Observations, 2005).
 
 use super::{Image8, Spread};

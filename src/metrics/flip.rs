@@ -30,7 +30,7 @@ pub fn flip_map(reference: &Image8, test: &Image8) -> Vec<f64> {
     (0..reference.pixels.len()).into_par_iter().map(pixel).collect()
 }
 
-/// Colour errors up to 0.4 of the largest fill 0.95 of the range.
+/// Color errors up to 0.4 of the largest fill 0.95 of the range.
 fn spread_out(error: f64, most: f64) -> f64 {
     let knee = 0.4 * most;
     if error < knee { error * 0.95 / knee } else { 0.95 + (error - knee) / (most - knee) * 0.05 }

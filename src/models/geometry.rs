@@ -15,7 +15,7 @@ pub struct Geometry {
     pub tangents: Option<Vec<[f64; 4]>>,
     /// The sets of texture coordinates, of which the origin is the upper left corner of the picture.
     pub uvs: [Option<Vec<[f64; 2]>>; 2],
-    /// Linear colours and opacity, which multiply those of the material.
+    /// Linear colors and opacity, which multiply those of the material.
     pub colors: Option<Vec<[f64; 4]>>,
 }
 

@@ -1,13 +1,13 @@
 //! What a surface looks like, in the words of glTF, whatever the format.
 
-/// A material. All colours are linear.
+/// A material. All colors are linear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelMaterial {
     /// Its name.
     pub name: Option<String>,
-    /// Base colour: of a metal that of its reflection, else that of its body. The picture is sRGB.
+    /// Base color: of a metal that of its reflection, else that of its body. The picture is sRGB.
     pub base_color: Channel<[f64; 3]>,
-    /// Opacity, which the alpha channel of the base colour's picture multiplies.
+    /// Opacity, which the alpha channel of the base color's picture multiplies.
     pub opacity: f64,
     /// What opacity does.
     pub alpha: Alpha,
@@ -23,13 +23,13 @@ pub struct ModelMaterial {
     pub emissive: Channel<[f64; 3]>,
     /// Whether it is seen from behind, too.
     pub double_sided: bool,
-    /// Whether it shows its base colour without any light.
+    /// Whether it shows its base color without any light.
     pub unlit: bool,
     /// Index of refraction.
     pub ior: f64,
     /// Strength of the reflection of a dielectric. The alpha channel of the picture.
     pub specular: Channel<f64>,
-    /// Colour of that reflection at normal incidence. The picture is sRGB.
+    /// Color of that reflection at normal incidence. The picture is sRGB.
     pub specular_color: Channel<[f64; 3]>,
     /// Part of the light that a dielectric lets through. The red channel of the picture.
     pub transmission: Channel<f64>,
@@ -174,7 +174,7 @@ impl ModelMaterial {
         }
     }
 
-    /// That of its opacity, which is the base colour's, if it may be partly there.
+    /// That of its opacity, which is the base color's, if it may be partly there.
     pub fn opacity_texture(&self) -> Option<&Texture> {
         self.base_color.texture.as_ref().filter(|_| self.alpha != Alpha::Opaque)
     }

@@ -93,7 +93,7 @@ pub struct Lamp {
     /// From the lamp, which shines along -z, to the model. Its scale turns lamps, too: what mirrors z lets them shine along +z
     /// (KHR_lights_punctual: scale counts for its effect on orientation).
     pub placed: DMat4,
-    /// Linear colour.
+    /// Linear color.
     pub color: [f64; 3],
     /// In candela, or in lux where it shines from far away.
     pub intensity: f64,

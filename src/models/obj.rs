@@ -148,7 +148,7 @@ impl Reader {
         warn(&mut self.model.warnings, Subject::Skipped, what, String::new(), detail);
     }
 
-    /// Three numbers behind a point are its colour, as many programs write them; a single one is its weight.
+    /// Three numbers behind a point are its color, as many programs write them; a single one is its weight.
     fn point_color(&mut self, text: &mut Text<'_>) -> Result<(), Fault> {
         let Some(first) = text.word() else {
             if !self.colors.is_empty() {

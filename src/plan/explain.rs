@@ -108,7 +108,7 @@ impl<'a> Lookup<'a> {
 /// Bytes of a short text.
 const SHORT: usize = 64;
 
-/// A number, a word or a colour.
+/// A number, a word or a color.
 fn is_short(value: &Value) -> bool {
     match value {
         Value::Array(values) => values.len() <= 4 && values.iter().all(Value::is_number),

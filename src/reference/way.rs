@@ -1,4 +1,4 @@
-//! Light between surfaces: absorption inside bodies, fog outside of them, coloured shadows.
+//! Light between surfaces: absorption inside bodies, fog outside of them, colored shadows.
 
 use super::optics::Media;
 use super::ray::Ray;

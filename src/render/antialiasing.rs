@@ -1,6 +1,6 @@
 //! Antialiasing: pixels that differ from a neighbour get more samples, the more they differ.
 //!
-//! Along an edge between two colours, r codes apart, the mean of n evenly spread samples is off by about r n^-3/4. So the same
+//! Along an edge between two colors, r codes apart, the mean of n evenly spread samples is off by about r n^-3/4. So the same
 //! number of samples for all would leave most error where contrast is high, and waste samples where it is low.
 
 use super::contrast::CONTRAST;

@@ -36,7 +36,7 @@ const OWN: f32 = 0.7;
 const BEFORE: f32 = 0.3;
 const LEFT: f32 = 0.6;
 /// Weight of the contrast to neighbours after the first samples, which may all miss a small part of the light, or be all that is
-/// missed: a pixel next to others of another colour looks again.
+/// missed: a pixel next to others of another color looks again.
 const CONTRAST: f32 = 0.1;
 /// Edge of the part of a picture that is worked on at a time. Its border is traced for its neighbours, too.
 const EDGE: u32 = 256;
@@ -160,7 +160,7 @@ fn beside([x, y]: [u32; 2], around: Region) -> Region {
     Region { x: left, y: top, width: right - left, height: bottom - top }
 }
 
-/// The difference of two colours in codes, in the worst channel.
+/// The difference of two colors in codes, in the worst channel.
 fn apart(a: [[f32; 3]; 2], b: [[f32; 3]; 2]) -> f32 {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }

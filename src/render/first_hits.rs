@@ -25,7 +25,7 @@ pub(super) struct Wanted {
     pub(super) middle: bool,
     /// What the samples meet.
     pub(super) samples: bool,
-    /// Their colours, too.
+    /// Their colors, too.
     pub(super) albedo: bool,
     /// Whose surface the ray through the middle meets.
     pub(super) sources: bool,

@@ -1,4 +1,4 @@
-//! Layers of a picture beside its colours: which there are, and rendering them.
+//! Layers of a picture beside its colors: which there are, and rendering them.
 //!
 //! A pass of its own finds what camera rays meet first, so that pictures without layers cost nothing for them. The share of an
 //! object in all mirrors and bodies is the picture of a scene in which only the object shines.

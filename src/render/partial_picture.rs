@@ -19,7 +19,7 @@ const EDGE: f64 = 0.58;
 /// The pixels so far, row by row.
 pub(super) struct PartialPicture {
     pub(super) region: Region,
-    /// How light becomes colours.
+    /// How light becomes colors.
     display: Display,
     shown: Vec<[f32; 3]>,
     /// The alpha of each pixel; empty where the background is opaque.

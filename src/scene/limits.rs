@@ -65,7 +65,7 @@ pub const PROBLEMS: Limit = Limit::new("problems", 50);
 pub(in crate::scene) const PROBLEMS_FOUND: usize = 1_000;
 /// Bytes of all problems that are reported; one is reported in any case.
 pub(in crate::scene) const PROBLEM_BYTES: usize = 64 << 10;
-/// Largest magnitude of a coordinate, length or colour, so that squares of lengths stay finite in single precision.
+/// Largest magnitude of a coordinate, length or color, so that squares of lengths stay finite in single precision.
 pub const MAGNITUDE: f64 = 1e15;
 /// Smallest length, so that squares of lengths do not vanish in single precision.
 pub const SMALLEST_LENGTH: f64 = 1e-15;

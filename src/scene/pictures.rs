@@ -428,7 +428,7 @@ impl Size {
     }
 }
 
-/// A picture of high dynamic range. Its numbers below 0, which some programs write for colours that no screen has, are 0.
+/// A picture of high dynamic range. Its numbers below 0, which some programs write for colors that no screen has, are 0.
 fn radiance(image: &Rgb32FImage) -> Result<Mipmap, Failure> {
     let (width, height) = image.dimensions();
     if let Some((x, y, _)) = image.enumerate_pixels().find(|(_, _, pixel)| pixel.0.iter().any(|c| !is_radiance(*c))) {

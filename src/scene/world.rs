@@ -42,7 +42,7 @@ pub struct World<R> {
     pub fog: Option<Fog<R>>,
     /// Whether the camera sees nothing where nothing is, directly or through bodies, in place of the background.
     pub transparent: bool,
-    /// How light becomes colours.
+    /// How light becomes colors.
     pub display: Display,
     /// The environment map, which replaces the background, if there is one.
     pub environment: Option<Environment>,
@@ -174,7 +174,7 @@ impl<R: Real> World<R> {
         self.transmits || self.effects.has(Effect::Absorption)
     }
 
-    /// Whether colours are averaged over the footprints of rays beyond what textures do themselves.
+    /// Whether colors are averaged over the footprints of rays beyond what textures do themselves.
     #[inline(always)]
     pub(crate) fn filters_checkers(&self) -> bool {
         self.rules.filter_checkers && self.effects.has(Effect::CheckerTexture)
@@ -197,7 +197,7 @@ impl<R: Real> World<R> {
     }
 }
 
-/// Whether a colour is more than black.
+/// Whether a color is more than black.
 pub(super) fn shows<R: Real>(color: [R; 3]) -> bool {
     color.iter().any(|channel| *channel > R::from_f64(0.0))
 }

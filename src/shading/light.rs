@@ -10,7 +10,7 @@ const MAX_STRENGTH: f64 = 1e15;
 pub struct Light<R> {
     /// Where its light comes from.
     pub source: Source<R>,
-    /// Colour times intensity.
+    /// Color times intensity.
     pub color: [R; 3],
     /// Falloff with distance.
     pub falloff: Falloff<R>,
@@ -95,7 +95,7 @@ pub enum Falloff<R> {
 pub struct Arrival<L: Lanes> {
     /// Unit direction towards the light; NaN at a point light's own position.
     pub to_light: V3<L>,
-    /// Factor on the light's colour: falloff and cone; 0 at a point light's own position.
+    /// Factor on the light's color: falloff and cone; 0 at a point light's own position.
     pub strength: L,
 }
 

@@ -80,9 +80,9 @@ pub struct Lobes<L: Lanes> {
     pub metal: [V3<L>; 2],
     /// What the lacquer mirrors by the ray of the surface below.
     pub coat_mirror: L,
-    /// The share that passes what the surface does not reflect, and its colour.
+    /// The share that passes what the surface does not reflect, and its color.
     pub passing: L,
-    /// That share in colour.
+    /// That share in color.
     pub transmission: V3<L>,
     /// Emitted radiance.
     pub emission: V3<L>,
@@ -143,9 +143,9 @@ impl<L: Lanes> Lobes<L> {
         }
         let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
         // What reflects more than its index of refraction follows Schlick's law, as metal does.
-        let colour = p.specular_color;
-        let bright = colour.x.max(colour.y).max(colour.z).gt(one);
-        let reflection = V3::select(smooth & !bright, colour * (p.specular * other), nothing);
+        let color = p.specular_color;
+        let bright = color.x.max(color.y).max(color.z).gt(one);
+        let reflection = V3::select(smooth & !bright, color * (p.specular * other), nothing);
         let shiny = L::select(bright, other, zero);
         let all_metal = metal + shiny * p.specular;
         let all_metal = V3 { x: all_metal, y: all_metal, z: all_metal };

@@ -105,7 +105,7 @@ impl<R: Real> Material<R> {
     }
 }
 
-/// A colour of the material under each ray that is not among the [`Coefficients`].
+/// A color of the material under each ray that is not among the [`Coefficients`].
 #[inline(always)]
 pub fn look_up<L: Lanes>(
     s: L::Simd,

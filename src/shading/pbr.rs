@@ -10,7 +10,7 @@ use smallvec::SmallVec;
 pub struct Pbr {
     /// The pictures of its channels, each once.
     pub pictures: Vec<ImageTexture>,
-    /// Colour of what is scattered, or of a metal's reflection.
+    /// Color of what is scattered, or of a metal's reflection.
     pub base_color: Channel<[f64; 3]>,
     /// 1 for metals.
     pub metallic: Channel<f64>,
@@ -26,7 +26,7 @@ pub struct Pbr {
     pub transmission: Channel<f64>,
     /// Strength of a dielectric's reflection.
     pub specular: Channel<f64>,
-    /// Its colour at normal incidence.
+    /// Its color at normal incidence.
     pub specular_color: Channel<[f64; 3]>,
     /// Reflectance of a dielectric at normal incidence, ((ior - 1)/(ior + 1))^2.
     pub normal_reflectance: f64,
@@ -34,9 +34,9 @@ pub struct Pbr {
     pub clearcoat: Channel<f64>,
     /// Its roughness.
     pub clearcoat_roughness: Channel<f64>,
-    /// Whether it shows its colour and nothing else.
+    /// Whether it shows its color and nothing else.
     pub unlit: bool,
-    /// What its colour is multiplied with if it is unlit, so that a film with Khronos PBR Neutral shows it as it is.
+    /// What its color is multiplied with if it is unlit, so that a film with Khronos PBR Neutral shows it as it is.
     pub undone: Option<f64>,
     /// Whether it emits nothing, not even if it is unlit.
     pub dark: bool,

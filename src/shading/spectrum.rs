@@ -10,7 +10,7 @@ pub const WAVELENGTHS: usize = 64;
 /// Nanometres of Fraunhofer's lines F, d and C.
 const LINES: [f64; 3] = [486.1, 587.6, 656.3];
 
-/// The wavelengths of light: the colour and the refraction of each.
+/// The wavelengths of light: the color and the refraction of each.
 #[derive(Debug, Clone)]
 pub struct Spectrum<R> {
     /// Factor on linear red, green and blue. Their mean is 1, so that white stays white.
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn wavelengths_have_their_colours() {
+    fn wavelengths_have_their_colors() {
         let [red, green, blue] = [620.0, 540.0, 450.0].map(rgb);
         assert!(red[0] > 2.0 * red[1] && red[0] > 2.0 * red[2]);
         assert!(green[1] > 2.0 * green[0] && green[1] > 2.0 * green[2]);

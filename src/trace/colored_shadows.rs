@@ -1,4 +1,4 @@
-//! Coloured shadows: how much light absorbing bodies transmit along a straight line, e^(-sigma d) for each segment.
+//! Colored shadows: how much light absorbing bodies transmit along a straight line, e^(-sigma d) for each segment.
 //!
 //! The line is followed from surface to surface, as a camera ray without refraction. So its media follow the same rules, and
 //! the body that decides in a segment absorbs there, independently of the order of objects.

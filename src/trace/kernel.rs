@@ -133,7 +133,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         V::DETAILS && self.world.transparent
     }
 
-    /// How light becomes colours.
+    /// How light becomes colors.
     pub(crate) fn display(&self) -> &'a Display {
         &self.world.display
     }

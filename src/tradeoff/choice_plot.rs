@@ -21,7 +21,7 @@ const BANDS: [(f64, f64, f64, &str, &str); 4] = [
 const NAME: f64 = 16.0;
 const REACH: f64 = 7.5;
 
-/// Colours, in light and in dark.
+/// Colors, in light and in dark.
 pub const STYLE: &str = "\
 .choices{font:13px system-ui,sans-serif;fill:#222}.choices .paper{fill:#fff}.choices .off{fill:#b3261e}.choices .off.obvious{opacity:.16}\
 .choices .off.beside{opacity:.10}.choices .off.flicker{opacity:.05}.choices .off.unseen{fill:#1a7f37;opacity:.10}\

@@ -19,7 +19,7 @@ const BOTTOM: f64 = 354.0;
 /// Size of letters.
 const FONT: f64 = 11.0;
 
-/// Colours, in light and in dark; for a page that holds plots, and inside of a plot that stands alone.
+/// Colors, in light and in dark; for a page that holds plots, and inside of a plot that stands alone.
 pub const STYLE: &str = "\
 .plot{font:11px system-ui,sans-serif;fill:#222}.plot .paper{fill:#fff}.plot .frame,.plot .grid{fill:none;stroke:#999}\
 .plot .grid{stroke:#e4e4e4}.plot .front{fill:none;stroke:#888;stroke-dasharray:5 3}.plot .reach{stroke:#888;opacity:.55}\

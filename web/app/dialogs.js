@@ -138,7 +138,7 @@ function Key() {
 function Help() {
   const parts = [
     ["Edit", "Change the text at the left; each keystroke gives a picture. Press Ctrl-Space for the keys that may stand there, and rest on a key to read what it means."],
-    ["Numbers and colours", "Hold Alt and drag a number, or press Alt-Up and Alt-Down on it. Press the square beside a colour to pick one."],
+    ["Numbers and colors", "Hold Alt and drag a number, or press Alt-Up and Alt-Down on it. Press the square beside a color to pick one."],
     ["Look", "Drag moves the picture, the wheel zooms. Closer than its own size the service traces more detail, down to one pixel as wide as 65,536."],
     ["Camera", "Press C, then drag to orbit; Shift-drag moves sideways, the wheel goes nearer. Or hold Alt and drag at any time."],
     ["Pixels", "Click one, or move the cursor with the arrow keys: its rays show what it is made of."],

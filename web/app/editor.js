@@ -14,8 +14,8 @@ import { fixOf, rangeOf } from "./problems.js";
 import { scrubbing } from "./scrub.js";
 import { caret, lit, origin, problems, revealed, setText, steps, syntax, text } from "./state.js";
 
-/** Characters above which a text is not coloured, and above which it is only shown. */
-const COLOURED = 1 << 20;
+/** Characters above which a text is not colored, and above which it is only shown. */
+const COLORED = 1 << 20;
 const SHOWN = 4 << 20;
 const HEAD = { lines: 200, characters: 20_000 };
 
@@ -46,7 +46,7 @@ const telling = Prec.highest(
   })),
 );
 
-const colours = HighlightStyle.define([
+const colors = HighlightStyle.define([
   { tag: tags.propertyName, class: "tok-key" },
   { tag: tags.string, class: "tok-string" },
   { tag: tags.number, class: "tok-number" },
@@ -68,7 +68,7 @@ const extensions = [
   highlightActiveLine(),
   highlightSelectionMatches(),
   search({ top: true }),
-  syntaxHighlighting(colours),
+  syntaxHighlighting(colors),
   meanings,
   scrubbing,
   litLines,
@@ -113,7 +113,7 @@ export async function start(host) {
 
   effect(() => {
     const next = text.value;
-    const isJson = origin.value.type === "application/json" && next.length <= COLOURED;
+    const isJson = origin.value.type === "application/json" && next.length <= COLORED;
     untracked(() => soon(() => {
       const current = text.peek();
       const shown = shownOf(current);

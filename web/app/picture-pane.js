@@ -43,14 +43,14 @@ function Told() {
   const at = pixel.value;
   useEffect(() => {
     if (!at) return void (told.value = "");
-    const timer = setTimeout(() => (told.value = `Pixel ${at.x}, ${at.y}${colourAt(at)}`), 300);
+    const timer = setTimeout(() => (told.value = `Pixel ${at.x}, ${at.y}${colorAt(at)}`), 300);
     return () => clearTimeout(timer);
   }, [at?.x, at?.y]);
   return html`<p class="hidden-visually" aria-live="polite">${told.value}</p>`;
 }
 
-/** The colour on screen, in codes. @param {import("./state.js").Pixel} at */
-function colourAt(at) {
+/** The color on screen, in codes. @param {import("./state.js").Pixel} at */
+function colorAt(at) {
   const of = shown.peek();
   const context = new OffscreenCanvas(1, 1).getContext("2d");
   if (!of || !context) return "";

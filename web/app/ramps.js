@@ -1,5 +1,5 @@
-// Colours for numbers: cividis (Nuñez et al. 2018), made for colour blindness, and viridis (van der Walt and Smith 2015). The
-// brightness of both rises evenly. Each is 17 samples, between which colours are mixed; that is 1 of 255 codes off at most.
+// Colors for numbers: cividis (Nuñez et al. 2018), made for color blindness, and viridis (van der Walt and Smith 2015). The
+// brightness of both rises evenly. Each is 17 samples, between which colors are mixed; that is 1 of 255 codes off at most.
 
 /** @typedef {"cividis" | "viridis"} RampName */
 const SAMPLES = {
@@ -7,16 +7,16 @@ const SAMPLES = {
   viridis: "440154 48186a 472d7b 424086 3b528b 33638d 2c728e 26828e 21918c 1f9f88 27ad81 3dbc74 5cc863 81d34d aadc32 d5e21a fde725",
 };
 
-/** 256 colours, three bytes each. @param {RampName} name */
+/** 256 colors, three bytes each. @param {RampName} name */
 export function ramp(name) {
   const stops = SAMPLES[name].split(" ").map((hex) => [0, 2, 4].map((at) => Number.parseInt(hex.slice(at, at + 2), 16)));
-  const colours = new Uint8Array(256 * 3);
+  const colors = new Uint8Array(256 * 3);
   for (let i = 0; i < 256; i += 1) {
     const along = (i / 255) * (stops.length - 1);
     const below = Math.min(stops.length - 2, Math.floor(along));
-    for (let c = 0; c < 3; c += 1) colours[3 * i + c] = Math.round(stops[below][c] + (along - below) * (stops[below + 1][c] - stops[below][c]));
+    for (let c = 0; c < 3; c += 1) colors[3 * i + c] = Math.round(stops[below][c] + (along - below) * (stops[below + 1][c] - stops[below][c]));
   }
-  return colours;
+  return colors;
 }
 
 /** The ramp for CSS. @param {RampName} name */
@@ -55,19 +55,19 @@ export function histogram(values, scale, bins) {
 }
 
 /**
- * Pixels in colours, four bytes each. Those without a number, and with `onlyPositive` those that are 0, let the picture through.
+ * Pixels in colors, four bytes each. Those without a number, and with `onlyPositive` those that are 0, let the picture through.
  * @param {Float32Array} values @param {Scale} scale @param {RampName} name @param {boolean} onlyPositive
  */
-export function coloured(values, scale, name, onlyPositive) {
-  const colours = ramp(name);
+export function colored(values, scale, name, onlyPositive) {
+  const colors = ramp(name);
   const pixels = new Uint8ClampedArray(values.length * 4);
   for (let i = 0; i < values.length; i += 1) {
     const value = values[i];
     if (!Number.isFinite(value) || (onlyPositive && value <= 0)) continue;
     const index = 3 * Math.round(255 * along(scale, value));
-    pixels[4 * i] = colours[index];
-    pixels[4 * i + 1] = colours[index + 1];
-    pixels[4 * i + 2] = colours[index + 2];
+    pixels[4 * i] = colors[index];
+    pixels[4 * i + 1] = colors[index + 1];
+    pixels[4 * i + 2] = colors[index + 2];
     pixels[4 * i + 3] = 255;
   }
   return pixels;

@@ -67,7 +67,7 @@ export function valuesAt(root, path, scene) {
     if (of.const !== undefined) add(of.const, of.description ?? "");
     if (typesOf(of).includes("boolean")) for (const value of [true, false]) add(value, of.description ?? "");
     if (of.default !== undefined && of.default !== null) add(of.default, "the default");
-    if (of.pattern?.startsWith("^#")) add("#cc8844", "a colour as sRGB");
+    if (of.pattern?.startsWith("^#")) add("#cc8844", "a color as sRGB");
     const properties = Object.keys(of.properties ?? {});
     if (properties.length === 1) {
       const insert = `{ ${JSON.stringify(properties[0])}: ${template(root, of.properties[properties[0]])} }`;
@@ -114,5 +114,5 @@ export function meaningAt(root, path) {
   return { title: path.filter((key) => !/^\d+$/.test(key)).at(-1) ?? "", about: of.description ?? "", range: parts.join(" · ") };
 }
 
-/** @param {string[]} path @param {any} root whether a value there is a colour */
-export const isColour = (root, path) => schemasAt(root, path).some((of) => of.pattern?.startsWith("^#"));
+/** @param {string[]} path @param {any} root whether a value there is a color */
+export const isColor = (root, path) => schemasAt(root, path).some((of) => of.pattern?.startsWith("^#"));

@@ -1,9 +1,9 @@
-// Numbers that one drags and colours that one picks, in the editor: Alt and drag, Alt and arrow keys, or the swatch.
+// Numbers that one drags and colors that one picks, in the editor: Alt and drag, Alt and arrow keys, or the swatch.
 import { Decoration, EditorView, Transaction, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
 import { batch } from "../vendor/preact.js";
 import { known } from "./assist.js";
 import { keysOf, nodeAt } from "./pointers.js";
-import { isColour } from "./schema.js";
+import { isColor } from "./schema.js";
 import { syntax } from "./state.js";
 import { fromHex, scrubbed, toHex } from "./values.js";
 
@@ -88,17 +88,17 @@ class Swatch extends WidgetType {
     input.className = "swatch";
     input.value = this.hex;
     input.tabIndex = -1;
-    input.setAttribute("aria-label", `Colour of ${this.pointer.slice(1).replaceAll("/", " ")}`);
+    input.setAttribute("aria-label", `Color of ${this.pointer.slice(1).replaceAll("/", " ")}`);
     input.addEventListener("input", () => {
       const node = syntax.peek().nodes.get(this.pointer);
       if (node) write(view, node, this.isText ? JSON.stringify(input.value) : `[${fromHex(input.value).join(", ")}]`);
     });
     return input;
   }
-  // A picker stays open while its colour changes: the element is kept.
+  // A picker stays open while its color changes: the element is kept.
   /** @param {HTMLElement} dom */
   updateDOM(dom) {
-    if (dom.getAttribute("aria-label") !== `Colour of ${this.pointer.slice(1).replaceAll("/", " ")}`) return false;
+    if (dom.getAttribute("aria-label") !== `Color of ${this.pointer.slice(1).replaceAll("/", " ")}`) return false;
     /** @type {HTMLInputElement} */ (dom).value = this.hex;
     return true;
   }
@@ -116,7 +116,7 @@ function valueOf(json) {
   }
 }
 
-/** Swatches of the colours that are in sight. @param {EditorView} view */
+/** Swatches of the colors that are in sight. @param {EditorView} view */
 function swatches(view) {
   const places = syntax.peek();
   if (!known) return Decoration.none;
@@ -125,7 +125,7 @@ function swatches(view) {
     for (const node of places.nodes.values()) {
       if (node.from < from || node.to > to || (node.kind !== "array" && node.kind !== "string")) continue;
       if (node.kind === "array" ? node.size !== 3 : view.state.sliceDoc(node.from, node.from + 2) !== '"#') continue;
-      if (!isColour(known, keysOf(node.pointer))) continue;
+      if (!isColor(known, keysOf(node.pointer))) continue;
       const hex = toHex(valueOf(view.state.sliceDoc(node.from, node.to)));
       if (hex) found.push(Decoration.widget({ widget: new Swatch(hex, node.pointer, node.kind === "string"), side: -1 }).range(node.from));
     }
@@ -133,7 +133,7 @@ function swatches(view) {
   return Decoration.set(found, true);
 }
 
-const colours = ViewPlugin.fromClass(
+const colors = ViewPlugin.fromClass(
   class {
     /** @param {EditorView} view */
     constructor(view) {
@@ -149,4 +149,4 @@ const colours = ViewPlugin.fromClass(
   { decorations: (plugin) => plugin.decorations },
 );
 
-export const scrubbing = [dragging, keys, colours];
+export const scrubbing = [dragging, keys, colors];

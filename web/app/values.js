@@ -1,4 +1,4 @@
-// Numbers and colours as text. No effects.
+// Numbers and colors as text. No effects.
 
 /** A number some steps of its last digit but one further on. @param {string} text @param {number} steps */
 export function scrubbed(text, steps) {
@@ -18,7 +18,7 @@ const encoded = (linear) => (linear <= 0.0031308 ? 12.92 * linear : 1.055 * line
 /** @param {number} code */
 const decoded = (code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4);
 
-/** A colour of a scene as #rrggbb; brighter than white is white. @param {any} value @returns {string | null} */
+/** A color of a scene as #rrggbb; brighter than white is white. @param {any} value @returns {string | null} */
 export function toHex(value) {
   if (typeof value === "string") return /^#[0-9a-f]{6}$/i.test(value) ? value.toLowerCase() : null;
   const channels = typeof value === "number" ? [value, value, value] : value;

@@ -98,8 +98,8 @@ function drawCursor(context, at, cursor) {
   const side = Math.max(at.scale, 7);
   const x = at.left + (cursor.x + 0.5) * at.scale - side / 2;
   const y = at.top + (cursor.y + 0.5) * at.scale - side / 2;
-  for (const [colour, out] of /** @type {[string, number][]} */ ([["#000", 1.5], ["#fff", 0.5]])) {
-    context.strokeStyle = colour;
+  for (const [color, out] of /** @type {[string, number][]} */ ([["#000", 1.5], ["#fff", 0.5]])) {
+    context.strokeStyle = color;
     context.lineWidth = 1;
     context.strokeRect(x - out, y - out, side + 2 * out, side + 2 * out);
   }

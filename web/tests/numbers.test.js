@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { bent, earlyPoint, front, layout, nameOf, ofOneSize, pointOf, queryOf, ticks } from "../app/pareto.js";
 import { oneChannel, readPfm } from "../app/pfm.js";
-import { along, at, coloured, histogram, ramp, scaleOf } from "../app/ramps.js";
+import { along, at, colored, histogram, ramp, scaleOf } from "../app/ramps.js";
 
 function pfm(kind, width, height, values, little = true) {
   const head = new TextEncoder().encode(`${kind}\n${width} ${height}\n${little ? "-1.0" : "1.0"}\n`);
@@ -17,9 +17,9 @@ test("a float map has its rows from the top down, in both orders of bytes", () =
   for (const little of [true, false]) {
     assert.deepEqual([...readPfm(pfm("Pf", 2, 2, [3, 4, 1, 2], little)).values], [1, 2, 3, 4]);
   }
-  const colours = readPfm(pfm("PF", 1, 2, [4, 5, 6, 1, 2, 3]));
-  assert.deepEqual([...colours.values], [1, 2, 3, 4, 5, 6]);
-  assert.deepEqual([...oneChannel(colours).values], [1, 4]);
+  const colors = readPfm(pfm("PF", 1, 2, [4, 5, 6, 1, 2, 3]));
+  assert.deepEqual([...colors.values], [1, 2, 3, 4, 5, 6]);
+  assert.deepEqual([...oneChannel(colors).values], [1, 4]);
 });
 
 test("a float map that is cut off, or none, is refused", () => {
@@ -31,8 +31,8 @@ test("a float map that is cut off, or none, is refused", () => {
 
 test("ramps go from dark to bright, ever brighter", () => {
   for (const name of ["cividis", "viridis"]) {
-    const colours = ramp(name);
-    const bright = Array.from({ length: 256 }, (_, i) => 0.2126 * colours[3 * i] + 0.7152 * colours[3 * i + 1] + 0.0722 * colours[3 * i + 2]);
+    const colors = ramp(name);
+    const bright = Array.from({ length: 256 }, (_, i) => 0.2126 * colors[3 * i] + 0.7152 * colors[3 * i + 1] + 0.0722 * colors[3 * i + 2]);
     for (let i = 8; i < 256; i += 8) assert.ok(bright[i] > bright[i - 8], `${name} at ${i}`);
   }
 });
@@ -56,7 +56,7 @@ test("a map that is nearly empty keeps its few pixels, and an empty one has a sc
 });
 
 test("pixels without a number let the picture through", () => {
-  const pixels = coloured(Float32Array.of(0, Number.POSITIVE_INFINITY, 1, Number.NaN), { low: 0, high: 1, isLogarithmic: false }, "cividis", true);
+  const pixels = colored(Float32Array.of(0, Number.POSITIVE_INFINITY, 1, Number.NaN), { low: 0, high: 1, isLogarithmic: false }, "cividis", true);
   assert.deepEqual([3, 7, 11, 15].map((i) => pixels[i]), [0, 0, 255, 0]);
 });
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { isColour, keysAt, meaningAt, template, valuesAt } from "../app/schema.js";
+import { isColor, keysAt, meaningAt, template, valuesAt } from "../app/schema.js";
 
 const root = JSON.parse(readFileSync(new URL("../../api/scene.schema.json", import.meta.url), "utf8"));
 const names = (choices) => choices.map(({ name }) => name);
@@ -36,7 +36,7 @@ test("meanings have description, range and default", () => {
   assert.ok(meaningAt(root, ["objects", "0", "sphere"]).about.length > 0);
 });
 
-test("colours are known by the schema", () => {
-  assert.ok(isColour(root, ["background"]) && isColour(root, ["materials", "x", "diffuse"]));
-  assert.ok(!isColour(root, ["camera", "pinhole", "eye"]));
+test("colors are known by the schema", () => {
+  assert.ok(isColor(root, ["background"]) && isColor(root, ["materials", "x", "diffuse"]));
+  assert.ok(!isColor(root, ["camera", "pinhole", "eye"]));
 });

@@ -14,7 +14,7 @@ test("a step is one of the last digit; whole numbers below 10 get a decimal", ()
   assert.ok(!Object.is(Number(scrubbed("-0.1", 1)), -0));
 });
 
-test("colours there and back", () => {
+test("colors there and back", () => {
   for (const hex of ["#000000", "#ffffff", "#cc8844", "#0a141e"]) assert.equal(toHex(fromHex(hex)), hex);
   assert.equal(toHex(0.5), "#bcbcbc");
   assert.equal(toHex([3, 0, 0]), "#ff0000");

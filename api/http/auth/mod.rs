@@ -97,8 +97,12 @@ impl Access {
             let (scheme, key) = text.split_once(' ')?;
             scheme.eq_ignore_ascii_case("bearer").then(|| key.trim())
         });
-        let refused =
-            || Problem::new(Kind::Unauthorized, "this key is not known here: send Authorization: Bearer and a key of this service");
+        let refused = || {
+            Problem::new(
+                Kind::Unauthorized,
+                "this key is not known here: send Authorization: Bearer and a key of this service",
+            )
+        };
         presented.and_then(|key| keys.tenant(key)).ok_or_else(refused).map(Some)
     }
 

@@ -120,7 +120,9 @@ impl Values {
             Self::Whole(least, most, Some(limit)) => format!("a whole number from {least} to {most} ({limit})"),
             Self::Number(least, None, _) => format!("a number of at least {least}"),
             Self::Number(least, Some(most), None) => format!("a number from {least} to {most}"),
-            Self::Number(least, Some(most), Some(limit)) => format!("a number from {least} to {} ({limit})", (most * 1e3).round() / 1e3),
+            Self::Number(least, Some(most), Some(limit)) => {
+                format!("a number from {least} to {} ({limit})", (most * 1e3).round() / 1e3)
+            }
             Self::Words(words) => list(words.iter().cloned(), "or"),
             Self::Point => "three numbers, as 1,-2.5,3".into(),
             Self::Accuracy => Accuracy::WRITTEN.into(),

@@ -33,7 +33,7 @@ pub(crate) struct Tile {
     pub(crate) picture: Picture,
 }
 
-/// Cost of a tile, and how its light becomes colours.
+/// Cost of a tile, and how its light becomes colors.
 #[derive(Debug, Serialize, Deserialize)]
 struct TileCost {
     rays: RayCounts,

@@ -291,7 +291,7 @@ mod tests {
                 ),
                 "order",
             ),
-            (SCENE.replace("\"#0000ff\"", "[0, 0, 1]"), "how a colour is written"),
+            (SCENE.replace("\"#0000ff\"", "[0, 0, 1]"), "how a color is written"),
         ] {
             assert_eq!(id_of(&other), id, "{why}");
         }

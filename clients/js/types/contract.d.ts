@@ -1331,14 +1331,14 @@ export interface components {
         };
         /** @description Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space. */
         Checker: {
-            /** @description Colour of the even tiles. */
+            /** @description Color of the even tiles. */
             a: components["schemas"]["Color"];
             /**
              * @description The axes that count. Default `"xz"`, a floor.
              * @default xz
              */
             axes?: components["schemas"]["Axes"];
-            /** @description Colour of the odd tiles. */
+            /** @description Color of the odd tiles. */
             b: components["schemas"]["Color"];
             /**
              * Format: double
@@ -1392,11 +1392,11 @@ export interface components {
              */
             psnr: number | null;
         };
-        /** @description A colour: a grey number, linear [r, g, b], or sRGB "#rrggbb". No channel below 0. */
+        /** @description A color: a grey number, linear [r, g, b], or sRGB "#rrggbb". No channel below 0. */
         Color: number | number[] | string;
         /** @description A value, or a picture times a value: {"factor": ..., "image": "..."}. */
         ColorChannel: components["schemas"]["Color"] | {
-            /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+            /** @description The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue. */
             channel?: components["schemas"]["TexelChannel"] | null;
             /** @description What its pixels look like from near. Default `"smooth"`. */
             enlarged?: components["schemas"]["Enlarged"];
@@ -1409,7 +1409,7 @@ export interface components {
              *     ]
              */
             factor?: components["schemas"]["Color"];
-            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colors are sRGB, all else is linear. */
             image: string;
             /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
             transform?: components["schemas"]["UvTransform"];
@@ -1597,7 +1597,7 @@ export interface components {
              */
             rms_codes: number;
         };
-        /** @description A colour, or a pattern: {"checker": {...}}, "gradient", "image" or "noise". */
+        /** @description A color, or a pattern: {"checker": {...}}, "gradient", "image" or "noise". */
         Diffuse: components["schemas"]["Color"] | {
             checker: components["schemas"]["Checker"];
         } | {
@@ -1612,7 +1612,7 @@ export interface components {
             /** @description How large it is in the sky; shadows get soft edges. Default: a point. */
             area?: components["schemas"]["AngularArea"] | null;
             /**
-             * @description Its colour. Default white.
+             * @description Its color. Default white.
              * @default [
              *       1,
              *       1,
@@ -1624,7 +1624,7 @@ export interface components {
             direction: number[];
             /**
              * Format: double
-             * @description Factor on the colour, at least 0. Default 1.
+             * @description Factor on the color, at least 0. Default 1.
              * @default 1
              */
             intensity?: number;
@@ -1721,7 +1721,7 @@ export interface components {
             image?: string | null;
             /**
              * Format: double
-             * @description Factor on its colours, at least 0. Default 1.
+             * @description Factor on its colors, at least 0. Default 1.
              * @default 1
              */
             intensity?: number;
@@ -1733,7 +1733,7 @@ export interface components {
              * @default 0
              */
             rotate_deg?: number;
-            /** @description A clear sky over dull ground: `{}` for its colours by day. */
+            /** @description A clear sky over dull ground: `{}` for its colors by day. */
             sky?: components["schemas"]["Sky"] | null;
             /** @description A photographer's studio with bright walls and soft panels of light: `{}`. */
             studio?: components["schemas"]["Studio"] | null;
@@ -1951,7 +1951,7 @@ export interface components {
             /** @description What has gone wrong since this front was started. */
             trouble: components["schemas"]["Trouble"];
         };
-        /** @description How the light of a picture becomes the colours of its file. Light itself does not change, nor what is proved about it. */
+        /** @description How the light of a picture becomes the colors of its file. Light itself does not change, nor what is proved about it. */
         Film: {
             /**
              * @description What the camera sees where nothing is. Default: the scene's background.
@@ -2011,7 +2011,7 @@ export interface components {
         };
         /** @description Parameters of the fixed mode: none. */
         Fixed: Record<string, never>;
-        /** @description Fog outside of all closed bodies that transmit light. Over a length d it lets exp(-density d) of the light pass and replaces the rest by its own colour. Rays that hit nothing pass through all of it, so fog without falloff hides the background. Fog affects camera, reflected and transmitted rays, but not the light from lights to surfaces. */
+        /** @description Fog outside of all closed bodies that transmit light. Over a length d it lets exp(-density d) of the light pass and replaces the rest by its own color. Rays that hit nothing pass through all of it, so fog without falloff hides the background. Fog affects camera, reflected and transmitted rays, but not the light from lights to surfaces. */
         Fog: {
             /**
              * @description Radiance of dense fog. Default 0.8 grey.
@@ -2107,15 +2107,15 @@ export interface components {
         };
         /** @description How reflection and transmission depend on the angle of incidence theta. */
         Fresnel: "none" | "dielectric" | "conductor";
-        /** @description A colour that changes evenly from one point of object space to another, and is constant beyond them. */
+        /** @description A color that changes evenly from one point of object space to another, and is constant beyond them. */
         Gradient: {
-            /** @description Colour at `from`. */
+            /** @description Color at `from`. */
             a: components["schemas"]["Color"];
-            /** @description Colour at `to`. */
+            /** @description Color at `to`. */
             b: components["schemas"]["Color"];
-            /** @description Where the colour is `a`. */
+            /** @description Where the color is `a`. */
             from: number[];
-            /** @description Where the colour is `b`; not `from`. */
+            /** @description Where the color is `b`; not `from`. */
             to: number[];
         };
         /** @description Noise as a height, from 0 to 1. */
@@ -2690,12 +2690,12 @@ export interface components {
         Material: {
             /** @description sigma of the law of Beer and Lambert, per scene unit: over a length d inside, a closed body lets exp(-sigma d) of the light pass. Lengths are in world space, so a larger instance is darker. Where bodies overlap the smaller one decides. Shadow rays are absorbed if `render.shadows` is `"transmissive"`. Default 0. */
             absorption?: components["schemas"]["Color"];
-            /** @description k_a, factor on the scene's ambient light. Default: the diffuse colour. */
+            /** @description k_a, factor on the scene's ambient light. Default: the diffuse color. */
             ambient?: components["schemas"]["Diffuse"] | null;
             /** @description Bumps on the surface. Default: none. */
             bump?: components["schemas"]["Bump"] | null;
             /**
-             * @description k_d, a colour or a texture. Default 0.8 grey.
+             * @description k_d, a color or a texture. Default 0.8 grey.
              * @default [
              *       0.8,
              *       0.8,
@@ -2808,7 +2808,7 @@ export interface components {
         };
         /** @description Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body. */
         Mesh: {
-            /** @description Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a `pbr` material; others ignore them. */
+            /** @description Colors, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a `pbr` material; others ignore them. */
             colors?: number[][] | null;
             /** @description Three indices of vertices each, from 0. */
             faces: number[][];
@@ -2916,11 +2916,11 @@ export interface components {
              */
             ready: number;
         };
-        /** @description Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the strength of the one before. */
+        /** @description Clouds between two colors: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the strength of the one before. */
         Noise: {
-            /** @description Colour where the noise is lowest. */
+            /** @description Color where the noise is lowest. */
             a: components["schemas"]["Color"];
-            /** @description Colour where the noise is highest. */
+            /** @description Color where the noise is highest. */
             b: components["schemas"]["Color"];
             /**
              * Format: uint32
@@ -2942,7 +2942,7 @@ export interface components {
         };
         /** @description A value, or a picture times a value: {"factor": ..., "image": "..."}. */
         NumberChannel: number | {
-            /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+            /** @description The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue. */
             channel?: components["schemas"]["TexelChannel"] | null;
             /** @description What its pixels look like from near. Default `"smooth"`. */
             enlarged?: components["schemas"]["Enlarged"];
@@ -2952,7 +2952,7 @@ export interface components {
              * @default 1
              */
             factor?: number;
-            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+            /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colors are sRGB, all else is linear. */
             image: string;
             /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
             transform?: components["schemas"]["UvTransform"];
@@ -3213,13 +3213,13 @@ export interface components {
         Pbr: {
             /** @description What a closed body absorbs. Default: nothing. */
             attenuation?: components["schemas"]["Attenuation"] | null;
-            /** @description Colour of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh multiply it. Default white. */
+            /** @description Color of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh multiply it. Default white. */
             base_color?: components["schemas"]["ColorChannel"];
             /** @description Strength of a layer of lacquer over all, 0 to 1. Default 0. */
             clearcoat?: components["schemas"]["NumberChannel"];
             /** @description Normals of the lacquer from a picture, as in `normal`. Default: none; the lacquer is even, also over a surface with `normal`. */
             clearcoat_normal?: {
-                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                /** @description The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue. */
                 channel?: components["schemas"]["TexelChannel"] | null;
                 /** @description What its pixels look like from near. Default `"smooth"`. */
                 enlarged?: components["schemas"]["Enlarged"];
@@ -3229,7 +3229,7 @@ export interface components {
                  * @default 1
                  */
                 factor?: number;
-                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colors are sRGB, all else is linear. */
                 image: string;
                 /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
                 transform?: components["schemas"]["UvTransform"];
@@ -3265,7 +3265,7 @@ export interface components {
             metallic?: components["schemas"]["NumberChannel"];
             /** @description Normals from a picture, as in `normal_map`; `factor` multiplies x and y. Default: none. */
             normal?: {
-                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                /** @description The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue. */
                 channel?: components["schemas"]["TexelChannel"] | null;
                 /** @description What its pixels look like from near. Default `"smooth"`. */
                 enlarged?: components["schemas"]["Enlarged"];
@@ -3275,7 +3275,7 @@ export interface components {
                  * @default 1
                  */
                 factor?: number;
-                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colors are sRGB, all else is linear. */
                 image: string;
                 /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
                 transform?: components["schemas"]["UvTransform"];
@@ -3289,7 +3289,7 @@ export interface components {
             } | null;
             /** @description The share of the light from all around that reaches the surface: 1 + factor (texel - 1). It does not dim lights. Default: all. */
             occlusion?: {
-                /** @description The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue. */
+                /** @description The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue. */
                 channel?: components["schemas"]["TexelChannel"] | null;
                 /** @description What its pixels look like from near. Default `"smooth"`. */
                 enlarged?: components["schemas"]["Enlarged"];
@@ -3299,7 +3299,7 @@ export interface components {
                  * @default 1
                  */
                 factor?: number;
-                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colours are sRGB, all else is linear. */
+                /** @description PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where files may be read. Colors are sRGB, all else is linear. */
                 image: string;
                 /** @description How texture coordinates are moved before the picture is looked up. Default: not at all. */
                 transform?: components["schemas"]["UvTransform"];
@@ -3319,13 +3319,13 @@ export interface components {
             shadow_catcher?: boolean;
             /** @description Strength of a dielectric's reflection, 0 to 1. Default 1. */
             specular?: components["schemas"]["NumberChannel"];
-            /** @description Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says, at most all. Default white. */
+            /** @description Color of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says, at most all. Default white. */
             specular_color?: components["schemas"]["ColorChannel"];
             /** @description Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false. */
             thin?: boolean;
-            /** @description The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is scattered. Default 0. */
+            /** @description The share of what a dielectric does not mirror that passes through it, colored by `base_color`; the rest is scattered. Default 0. */
             transmission?: components["schemas"]["NumberChannel"];
-            /** @description Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false. */
+            /** @description Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colors fade with all others. Default false. */
             unlit?: boolean;
         };
         /** @description Milliseconds by phase, in order. */
@@ -3576,7 +3576,7 @@ export interface components {
             /** @description The area it shines from, around its position; shadows get soft edges. Default: a point. */
             area?: components["schemas"]["Area"] | null;
             /**
-             * @description Its colour. Default white.
+             * @description Its color. Default white.
              * @default [
              *       1,
              *       1,
@@ -3591,7 +3591,7 @@ export interface components {
             falloff?: components["schemas"]["Falloff"];
             /**
              * Format: double
-             * @description Factor on the colour, at least 0. Default 1.
+             * @description Factor on the color, at least 0. Default 1.
              * @default 1
              */
             intensity?: number;
@@ -4198,7 +4198,7 @@ export interface components {
             };
             /** @description A picture of the surroundings or a sky, in place of `background`. Default: none. */
             environment?: components["schemas"]["Environment"] | null;
-            /** @description How light becomes colours. */
+            /** @description How light becomes colors. */
             film?: components["schemas"]["Film"];
             /** @description Fog. Default: none. */
             fog?: components["schemas"]["Fog"] | null;
@@ -4434,7 +4434,7 @@ export interface components {
              */
             settings?: components["schemas"]["Overrides"];
         };
-        /** @description A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour. */
+        /** @description A sky: its color changes from the horizon to the zenith. Below the horizon is ground of one color. */
         Sky: {
             /**
              * @description Radiance below the horizon. Default `"#8c8780"`.
@@ -4536,7 +4536,7 @@ export interface components {
             /** @description The area it shines from, around its position; shadows get soft edges. Default: a point. */
             area?: components["schemas"]["Area"] | null;
             /**
-             * @description Its colour. Default white.
+             * @description Its color. Default white.
              * @default [
              *       1,
              *       1,
@@ -4559,7 +4559,7 @@ export interface components {
             inner_deg?: number;
             /**
              * Format: double
-             * @description Factor on the colour, at least 0. Default 1.
+             * @description Factor on the color, at least 0. Default 1.
              * @default 1
              */
             intensity?: number;

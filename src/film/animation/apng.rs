@@ -38,7 +38,7 @@ pub(super) fn join(files: &[&[u8]], timing: Timing) -> Result<Vec<u8>, NoAnimati
     put(&mut out, *b"IHDR", &[head]);
     let count = u32::try_from(files.len()).map_err(|_| NoAnimation::TooLarge)?;
     put(&mut out, *b"acTL", &[&count.to_be_bytes(), &u32::from(timing.loops).to_be_bytes()]);
-    // What the file says of its colours. Texts are about the first frame alone.
+    // What the file says of its colors. Texts are about the first frame alone.
     for (kind, contents) in first[1..].iter().take_while(|(kind, _)| kind != b"IDAT") {
         if !matches!(kind, b"iTXt" | b"tEXt" | b"zTXt") {
             put(&mut out, *kind, &[contents]);

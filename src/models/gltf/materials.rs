@@ -84,7 +84,7 @@ impl Materials<'_> {
         Ok(read)
     }
 
-    /// The archived form by diffuse and specular colour: a dielectric with that reflection.
+    /// The archived form by diffuse and specular color: a dielectric with that reflection.
     fn convert(&mut self, read: &mut ModelMaterial, from: &Glossiness, pointer: &str) -> Result<(), Fault> {
         let specular = from.specular_factor.unwrap_or([1.0; 3]);
         let most = specular.iter().copied().fold(0.0, f64::max).min(1.0);

@@ -55,7 +55,7 @@ fn add<const N: usize>(base: &mut [[f64; N]], shifts: &[[f64; 3]], weight: f64) 
     }
 }
 
-/// Colours with opacity 1 where they have none.
+/// Colors with opacity 1 where they have none.
 fn of_colors(document: &Document, buffers: &Buffers<'_>, index: usize) -> Result<Vec<[f64; 4]>, Fault> {
     let mut colors = buffers.elements::<4>(document, index, &["VEC3", "VEC4"])?;
     if document.accessors[index].kind == "VEC3" {

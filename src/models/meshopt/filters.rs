@@ -85,7 +85,7 @@ pub(in crate::models) fn exponential(bytes: &mut [u8], stride: usize) -> Filtere
     Ok(())
 }
 
-/// Colours of four bytes or four shorts as luma, orange, green (YCoCg) and opacity, of as many bits as opacity says.
+/// Colors of four bytes or four shorts as luma, orange, green (YCoCg) and opacity, of as many bits as opacity says.
 pub(in crate::models) fn color(bytes: &mut [u8], stride: usize) -> Filtered {
     worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     match stride {

@@ -210,7 +210,7 @@ impl Reader {
         warn(&mut model.warnings, Subject::Assumed, "up-y", String::new(), detail);
         self.geometry.drop_unused();
         self.geometry.mend_normals();
-        // Colours of vertices are the surface's own.
+        // Colors of vertices are the surface's own.
         let grey = if self.geometry.colors.is_some() { 1.0 } else { 0.8 };
         model.materials.push(ModelMaterial::plain(grey));
         model.geometries.push(self.geometry);

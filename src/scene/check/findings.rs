@@ -80,7 +80,7 @@ impl Findings {
         }
     }
 
-    /// Checks a colour of light.
+    /// Checks a color of light.
     pub(super) fn color(&mut self, at: Path<'_>, color: Color) {
         self.channels(at, color, limits::MAGNITUDE);
     }
@@ -90,7 +90,7 @@ impl Findings {
         self.channels(at, color, limits::COEFFICIENT);
     }
 
-    /// Checks a colour of at most `max` in each channel.
+    /// Checks a color of at most `max` in each channel.
     pub(super) fn color_to(&mut self, at: Path<'_>, color: Color, max: f64) {
         self.channels(at, color, max);
     }
@@ -102,11 +102,11 @@ impl Findings {
         }
     }
 
-    /// Checks colour and intensity of a light, and their product.
+    /// Checks color and intensity of a light, and their product.
     pub(super) fn light(&mut self, at: Path<'_>, color: Color, intensity: f64) {
         self.color(at.key("color"), color);
         let brightest = intensity * color.0.max_element().max(1.0);
-        let words = format!("at least 0, and at most {:e} after multiplication with the colour", limits::MAGNITUDE);
+        let words = format!("at least 0, and at most {:e} after multiplication with the color", limits::MAGNITUDE);
         self.number(at.key("intensity"), intensity, &words, (0.0..=limits::MAGNITUDE).contains(&brightest));
     }
 }

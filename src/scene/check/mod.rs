@@ -66,7 +66,7 @@ fn check_with(description: &Description, check_objects: fn(&mut Findings, &Descr
     let at = root.key("film");
     if let FilmBackground::Color(color) = description.film.background {
         let is_shown = (0.0..=1.0).contains(&color.0.min_element()) && color.0.max_element() <= 1.0;
-        findings.number(at.key("background"), color.0.max_element(), "a colour of channels between 0 and 1", is_shown);
+        findings.number(at.key("background"), color.0.max_element(), "a color of channels between 0 and 1", is_shown);
     }
     findings.number(at.key("exposure"), stops, "between -32 and 32", stops.abs() <= 32.0);
     check_import_warnings(&mut findings, description);

@@ -322,7 +322,7 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
         numbers(findings, at.key("tangents"), tangents, count, &of_each, (-1.0, 1.0, "between -1 and 1"));
     }
     if let Some(colors) = &mesh.colors {
-        let of_each = format!("one colour for each of the {count} vertices");
+        let of_each = format!("one color for each of the {count} vertices");
         numbers(findings, at.key("colors"), colors, count, &of_each, (0.0, 1.0, "between 0 and 1"));
     }
 }

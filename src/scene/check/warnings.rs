@@ -71,9 +71,9 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
     warnings
 }
 
-/// Colours that are likely meant as codes from 0 to 255.
+/// Colors that are likely meant as codes from 0 to 255.
 fn codes_for_colors(description: &Description) -> impl Iterator<Item = Problem> {
-    let how = "colours are linear, from 0 to 1, or sRGB as \"#rrggbb\"";
+    let how = "colors are linear, from 0 to 1, or sRGB as \"#rrggbb\"";
     let diffuse = description.materials.iter().filter_map(move |(name, material)| {
         let Diffuse::Uniform(color) = &material.diffuse else { return None };
         let most = Some(color.0.max_element()).filter(|most| *most > 1.0)?;

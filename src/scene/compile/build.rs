@@ -84,7 +84,7 @@ pub(super) fn build<R: Real>(
     let looked_for = faithful && fog.is_none();
     let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));
     let emitters = looked_for.then(|| emitters(description, &builder.materials)).flatten().map(Arc::new);
-    // One of one colour is ambient light, which rays bring if light is traced.
+    // One of one color is ambient light, which rays bring if light is traced.
     let around = if is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
     let ambient = match (faithful, lights_surfaces) {
         (true, _) => Rgb::ZERO,
@@ -163,7 +163,7 @@ pub(super) fn build<R: Real>(
     (world, Built { sources: builder.sources, pointers: builder.pointers, expanded })
 }
 
-/// How light becomes colours.
+/// How light becomes colors.
 fn display(film: &d::Film) -> Display {
     let display = Display::new(film.exposure, film.tone);
     match film.background {

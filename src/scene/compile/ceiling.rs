@@ -99,7 +99,7 @@ fn lit<R: Real>(world: &World<R>) -> (Vec<bool>, Vec<Vec<f64>>) {
     (used, irradiance)
 }
 
-/// The largest factor on a light's colour at surfaces of each material.
+/// The largest factor on a light's color at surfaces of each material.
 fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
     let dark = light.color.iter().all(|c| *c <= R::from_f64(0.0));
     let everywhere = |strength: f64| vec![strength; world.materials.len()];

@@ -131,7 +131,7 @@ impl Scene {
         }
     }
 
-    /// How light becomes colours.
+    /// How light becomes colors.
     pub fn display(&self) -> &Display {
         match &self.world {
             Precise::Single(world) => &world.display,

@@ -96,18 +96,18 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
     }
 }
 
-/// Makes what is unlit so bright that the film shows its colours as they are: exactly those that its tone curve does not compress.
+/// Makes what is unlit so bright that the film shows its colors as they are: exactly those that its tone curve does not compress.
 pub(super) fn show_unlit<R: Real>(material: &mut Material<R>, film: &d::Film) {
     let Some(pbr) = material.pbr.as_mut().filter(|pbr| pbr.unlit && !pbr.dark) else { return };
     if film.tone == ToneMapping::KhronosPbrNeutral {
         let gain = math::pow(2.0, -film.exposure);
         pbr.undone = Some(gain);
-        // At most 0.04 is added to any colour.
+        // At most 0.04 is added to any color.
         material.emission = narrow_rgb((Most::of(pbr).base + 0.04) * gain);
     }
 }
 
-/// sigma of the law of Beer and Lambert: e^(-sigma distance) is the colour.
+/// sigma of the law of Beer and Lambert: e^(-sigma distance) is the color.
 fn absorption<R: Real>(d::Attenuation { color, distance }: d::Attenuation) -> [R; 3] {
     let natural = |x: f64| math::log2(x) * std::f64::consts::LN_2;
     color.0.to_array().map(|share| R::from_f64((-natural(share) / distance).max(0.0)))

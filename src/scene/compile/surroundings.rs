@@ -1,4 +1,4 @@
-//! What is around a scene: a colour, or a picture that may light surfaces.
+//! What is around a scene: a color, or a picture that may light surfaces.
 
 use crate::math::Rgb;
 use crate::scene::description::{self as d, Description};
@@ -12,7 +12,7 @@ use parking_lot::Mutex;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// What rays see that hit nothing: a colour, or a picture if it has more than one.
+/// What rays see that hit nothing: a color, or a picture if it has more than one.
 pub(super) fn seen_around(description: &Description, pictures: &Pictures) -> (Rgb, Option<Environment>) {
     let Some(d::Environment { image, sky, studio: _, rotate_deg, intensity, light: _ }) = &description.environment
     else {

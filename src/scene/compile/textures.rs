@@ -1,4 +1,4 @@
-//! The textures of a material in the kernel's format. Uniform ones become colours.
+//! The textures of a material in the kernel's format. Uniform ones become colors.
 
 use super::materials::{exact_inverse, narrow_rgb};
 use crate::lanes::Real;

@@ -7,7 +7,7 @@ use crate::scene::world::{World, shows};
 use crate::shading::material::Material;
 use crate::shading::texture::checker::BaseColor;
 
-/// Light that surfaces gather, if none of them scatters any, and ambient light that no surface has a colour for. Gathered light
+/// Light that surfaces gather, if none of them scatters any, and ambient light that no surface has a color for. Gathered light
 /// takes the place of ambient light wherever it is asked for, but for what wide lobes of `pbr` materials reflect.
 pub(super) fn remove_ambient_light<R: Real>(world: &mut World<R>) {
     let bleeds_in_vain = world.rules.gathers() && !world.has_material(|material, _| scatters(material));
@@ -60,7 +60,7 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     }
 }
 
-/// A material without a colour for ambient light.
+/// A material without a color for ambient light.
 fn forget_ambient<R: Real>(material: &mut Material<R>) {
     material.ambient = Some(BaseColor::Uniform([R::from_f64(0.0); 3]));
     if let Some(textures) = &mut material.textures {
@@ -79,7 +79,7 @@ fn is_colored<R: Real>(color: &BaseColor<R>) -> bool {
     }
 }
 
-/// A checker that nobody sees has one of its colours.
+/// A checker that nobody sees has one of its colors.
 fn forget_checker<R: Real>(color: &mut BaseColor<R>, seen: bool) {
     if let (BaseColor::Checker { a, .. }, false) = (&*color, seen) {
         *color = BaseColor::Uniform(*a);

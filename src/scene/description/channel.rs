@@ -9,7 +9,7 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error, IntoDeserial
 use serde::ser::{Serialize, Serializer};
 use std::{borrow::Cow, fmt, marker::PhantomData};
 
-/// What channels hold: numbers or colours.
+/// What channels hold: numbers or colors.
 pub trait Factor: Copy + PartialEq + Serialize + DeserializeOwned + JsonSchema {
     /// Name of its channel in the schema.
     const CHANNEL: &'static str;
@@ -53,9 +53,9 @@ pub struct Textured<T: Factor> {
     #[serde(default = "T::one")]
     pub factor: T,
     /// PNG, JPEG, WebP or KTX 2.0 (Basis Universal): `"data:image/png;base64,..."`, or the name of a file beside the scene, where
-    /// files may be read. Colours are sRGB, all else is linear.
+    /// files may be read. Colors are sRGB, all else is linear.
     pub image: String,
-    /// The channel of the picture that is a number. Default `"r"`. Colours take red, green and blue.
+    /// The channel of the picture that is a number. Default `"r"`. Colors take red, green and blue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<TexelChannel>,
     /// Which texture coordinates of the mesh, 0 for `uvs` or 1 for `uvs1`. Default 0.

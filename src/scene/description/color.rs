@@ -1,4 +1,4 @@
-//! Colours as a scene writes them: a grey number, linear `[r, g, b]`, or sRGB `"#rrggbb"`.
+//! Colors as a scene writes them: a grey number, linear `[r, g, b]`, or sRGB `"#rrggbb"`.
 
 use crate::math::{self, Rgb};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -6,7 +6,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use std::{borrow::Cow, fmt};
 
-/// A linear colour.
+/// A linear color.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Color(pub Rgb);
 
@@ -63,7 +63,7 @@ impl<'de> Visitor<'de> for ColorVisitor {
         self.visit_f64(grey as f64)
     }
     fn visit_str<E: Error>(self, text: &str) -> Result<Color, E> {
-        Color::from_hex(text).ok_or_else(|| E::custom(format_args!("{text:?} is no colour; write it as \"#rrggbb\"")))
+        Color::from_hex(text).ok_or_else(|| E::custom(format_args!("{text:?} is no color; write it as \"#rrggbb\"")))
     }
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
         let mut rgb = [0.0; 3];
@@ -89,7 +89,7 @@ impl JsonSchema for Color {
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         schemars::json_schema!({
-            "description": "A colour: a grey number, linear [r, g, b], or sRGB \"#rrggbb\". No channel below 0.",
+            "description": "A color: a grey number, linear [r, g, b], or sRGB \"#rrggbb\". No channel below 0.",
             "anyOf": [
                 { "type": "number", "minimum": 0 },
                 { "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 3, "maxItems": 3 },

@@ -1,4 +1,4 @@
-//! The colour of a surface: the same everywhere, or a pattern.
+//! The color of a surface: the same everywhere, or a pattern.
 
 use super::color::{Color, ColorVisitor, EXPECTED};
 use super::material::Checker;
@@ -9,7 +9,7 @@ use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor,
 use serde::ser::{Serialize, Serializer};
 use std::{borrow::Cow, fmt};
 
-/// A colour, or a pattern of colours. What serde derives is for patterns: a colour has several forms, each with its message.
+/// A color, or a pattern of colors. What serde derives is for patterns: a color has several forms, each with its message.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 pub enum Diffuse {
@@ -103,7 +103,7 @@ impl JsonSchema for Diffuse {
             })
         }));
         schemars::json_schema!({
-            "description": "A colour, or a pattern: {\"checker\": {...}}, \"gradient\", \"image\" or \"noise\".",
+            "description": "A color, or a pattern: {\"checker\": {...}}, \"gradient\", \"image\" or \"noise\".",
             "anyOf": kinds
         })
     }

@@ -1,4 +1,4 @@
-//! The film: how the light of a picture becomes colours.
+//! The film: how the light of a picture becomes colors.
 
 use super::Color;
 use crate::film::ToneMapping;
@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How the light of a picture becomes the colours of its file. Light itself does not change, nor what is proved about it.
+/// How the light of a picture becomes the colors of its file. Light itself does not change, nor what is proved about it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Film {
@@ -30,14 +30,14 @@ pub enum FilmBackground {
     /// Nothing: PNG, WebP and EXR files are transparent there, also behind bodies that transmit light. Mirrors show the scene's
     /// background.
     Transparent,
-    /// A colour, which the picture shows as it is, whatever its exposure and tone: the transparent picture over it. EXR files stay
+    /// A color, which the picture shows as it is, whatever its exposure and tone: the transparent picture over it. EXR files stay
     /// transparent, and mirrors show the scene's background.
     Color(Color),
 }
 
 impl FilmBackground {
     /// What may be written in a setting.
-    pub const WRITTEN: &'static str = "scene, transparent, or a colour as #rrggbb or rrggbb";
+    pub const WRITTEN: &'static str = "scene, transparent, or a color as #rrggbb or rrggbb";
     /// The same as a pattern.
     pub const PATTERN: &'static str = "^(scene|transparent|#?[0-9a-fA-F]{6})$";
 }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Fog outside of all closed bodies that transmit light. Over a length d it lets exp(-density d) of the light pass and replaces
-/// the rest by its own colour. Rays that hit nothing pass through all of it, so fog without falloff hides the background. Fog
+/// the rest by its own color. Rays that hit nothing pass through all of it, so fog without falloff hides the background. Fog
 /// affects camera, reflected and transmitted rays, but not the light from lights to surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -43,10 +43,10 @@ impl Light {
 pub struct PointLight {
     /// Where it stands.
     pub position: Vec3,
-    /// Its colour. Default white.
+    /// Its color. Default white.
     #[serde(default = "Color::white")]
     pub color: Color,
-    /// Factor on the colour, at least 0. Default 1.
+    /// Factor on the color, at least 0. Default 1.
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
@@ -64,10 +64,10 @@ pub struct PointLight {
 pub struct DirectionalLight {
     /// The direction its light travels in.
     pub direction: Vec3,
-    /// Its colour. Default white.
+    /// Its color. Default white.
     #[serde(default = "Color::white")]
     pub color: Color,
-    /// Factor on the colour, at least 0. Default 1.
+    /// Factor on the color, at least 0. Default 1.
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
@@ -92,10 +92,10 @@ pub struct SpotLight {
     #[serde(default = "number::<45>")]
     #[schemars(range(max = 90.0), extend("exclusiveMinimum" = 0))]
     pub outer_deg: f64,
-    /// Its colour. Default white.
+    /// Its color. Default white.
     #[serde(default = "Color::white")]
     pub color: Color,
-    /// Factor on the colour, at least 0. Default 1.
+    /// Factor on the color, at least 0. Default 1.
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,

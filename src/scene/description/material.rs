@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// k_a, factor on the scene's ambient light. Default: the diffuse colour.
+    /// k_a, factor on the scene's ambient light. Default: the diffuse color.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ambient: Option<Diffuse>,
-    /// k_d, a colour or a texture. Default 0.8 grey.
+    /// k_d, a color or a texture. Default 0.8 grey.
     pub diffuse: Diffuse,
     /// k_s, strength of the Phong highlight. Default 0.
     pub specular: Color,
@@ -116,7 +116,7 @@ pub enum Fresnel {
     /// internal reflection. Clear glass has reflection 1 and transmission 1. Opaque bodies and sheets, which do not bend light,
     /// reflect like a varnish with their `ior`.
     Dielectric,
-    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals. r_s is their colour at normal incidence.
+    /// r_s + (1 - r_s) (1 - cos theta)^5 in each channel (Schlick 1994), for metals. r_s is their color at normal incidence.
     /// r_t is multiplied by 1 - (1 - cos theta)^5.
     Conductor,
 }
@@ -132,9 +132,9 @@ impl Fresnel {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Checker {
-    /// Colour of the even tiles.
+    /// Color of the even tiles.
     pub a: Color,
-    /// Colour of the odd tiles.
+    /// Color of the odd tiles.
     pub b: Color,
     /// Edge of a tile in scene units, above 0. Default 1.
     #[serde(default = "number::<1>")]

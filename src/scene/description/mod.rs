@@ -1,7 +1,7 @@
 //! What a scene's JSON says, version 1: the serde types behind `api/scene.schema.json`.
 //!
 //! Nothing here is checked beyond its shape; [`compile`](crate::scene::compile) does the rest. Lengths are in scene
-//! units, angles in degrees (the key says so), colours are linear RGB. Right-handed, y up by convention.
+//! units, angles in degrees (the key says so), colors are linear RGB. Right-handed, y up by convention.
 
 mod camera;
 mod channel;
@@ -110,7 +110,7 @@ pub struct Description {
     /// How to render.
     #[serde(default)]
     pub render: RenderSettings,
-    /// How light becomes colours.
+    /// How light becomes colors.
     #[serde(default, skip_serializing_if = "Film::is_default")]
     pub film: Film,
     /// What the file of a model said and the scene does not, repeated as warnings of its pictures: at most 50.

@@ -267,7 +267,7 @@ body! {
         /// grows, and 1 or -1, which turns the direction of the second. Default: as the texture coordinates say.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         tangents: Option<Vec<[f64; 4]>>,
-        /// Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a
+        /// Colors, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of a
         /// `pbr` material; others ignore them.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         colors: Option<Vec<[f64; 4]>>,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Pbr {
-    /// Colour of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh multiply it.
+    /// Color of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh multiply it.
     /// Default white.
     #[serde(skip_serializing_if = "is_white")]
     pub base_color: Channel<Color>,
@@ -34,7 +34,7 @@ pub struct Pbr {
     /// How much of the surface is there; light goes straight through the rest, and so do shadow rays. Default: all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opacity: Option<Box<Opacity>>,
-    /// The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is scattered.
+    /// The share of what a dielectric does not mirror that passes through it, colored by `base_color`; the rest is scattered.
     /// Default 0.
     #[serde(skip_serializing_if = "is_nothing")]
     pub transmission: Channel<f64>,
@@ -47,7 +47,7 @@ pub struct Pbr {
     /// Strength of a dielectric's reflection, 0 to 1. Default 1.
     #[serde(skip_serializing_if = "is_one")]
     pub specular: Channel<f64>,
-    /// Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says,
+    /// Color of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected than `ior` says,
     /// at most all. Default white.
     #[serde(skip_serializing_if = "is_white")]
     pub specular_color: Channel<Color>,
@@ -68,7 +68,7 @@ pub struct Pbr {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clearcoat_normal: Option<Box<Textured<f64>>>,
     /// Whether the surface shows `base_color` whatever the light is, and nothing else. A film with `"khronos_pbr_neutral"` shows it as
-    /// it is, also if it is exposed, up to the code 226; brighter colours fade with all others. Default false.
+    /// it is, also if it is exposed, up to the code 226; brighter colors fade with all others. Default false.
     #[serde(skip_serializing_if = "is_false")]
     pub unlit: bool,
     /// Whether the surface shows shadows alone: light goes straight on through it, but for the share of all light that bodies hide
@@ -121,7 +121,7 @@ pub struct Attenuation {
 }
 
 impl Pbr {
-    /// Channels that are colours, by their keys.
+    /// Channels that are colors, by their keys.
     pub fn colors(&self) -> [(&'static str, &Channel<Color>); 3] {
         [("base_color", &self.base_color), ("emissive", &self.emissive), ("specular_color", &self.specular_color)]
     }

@@ -1,31 +1,31 @@
-//! Textures: colours, heights and normals that depend on the place, and the pictures behind them.
+//! Textures: colors, heights and normals that depend on the place, and the pictures behind them.
 
 use super::{Color, Vec3, default_up, is_default, number};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A colour that changes evenly from one point of object space to another, and is constant beyond them.
+/// A color that changes evenly from one point of object space to another, and is constant beyond them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gradient {
-    /// Where the colour is `a`.
+    /// Where the color is `a`.
     pub from: Vec3,
-    /// Where the colour is `b`; not `from`.
+    /// Where the color is `b`; not `from`.
     pub to: Vec3,
-    /// Colour at `from`.
+    /// Color at `from`.
     pub a: Color,
-    /// Colour at `to`.
+    /// Color at `to`.
     pub b: Color,
 }
 
-/// Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the
+/// Clouds between two colors: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the
 /// strength of the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// Colour where the noise is lowest.
+    /// Color where the noise is lowest.
     pub a: Color,
-    /// Colour where the noise is highest.
+    /// Color where the noise is highest.
     pub b: Color,
     /// Size of the coarsest features in scene units, above 0. Default 1.
     #[serde(default = "number::<1>")]
@@ -124,7 +124,7 @@ pub enum Wrap {
     /// The picture repeats.
     #[default]
     Repeat,
-    /// The colours of the edges continue.
+    /// The colors of the edges continue.
     Clamp,
     /// The picture repeats, every other time mirrored.
     Mirror,
@@ -168,7 +168,7 @@ pub struct Environment {
     /// name of a file beside the scene. Its middle is seen in direction -z, its upper edge in direction +y.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub image: Option<String>,
-    /// A clear sky over dull ground: `{}` for its colours by day.
+    /// A clear sky over dull ground: `{}` for its colors by day.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<Sky>,
     /// A photographer's studio with bright walls and soft panels of light: `{}`.
@@ -178,7 +178,7 @@ pub struct Environment {
     #[serde(default)]
     #[schemars(range(min = -360.0, max = 360.0))]
     pub rotate_deg: f64,
-    /// Factor on its colours, at least 0. Default 1.
+    /// Factor on its colors, at least 0. Default 1.
     #[serde(default = "number::<1>")]
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
@@ -204,7 +204,7 @@ pub enum EnvironmentLight {
 #[serde(deny_unknown_fields)]
 pub struct Studio {}
 
-/// A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour.
+/// A sky: its color changes from the horizon to the zenith. Below the horizon is ground of one color.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sky {
@@ -232,7 +232,7 @@ fn default_ground() -> Color {
 }
 
 fn srgb(hex: &str) -> Color {
-    Color::from_hex(hex).unwrap_or_else(|| unreachable!("a colour of this file"))
+    Color::from_hex(hex).unwrap_or_else(|| unreachable!("a color of this file"))
 }
 
 fn default_octaves() -> u32 {

@@ -64,7 +64,7 @@ fn lay_pictures(model: &mut Model, warnings: &mut Vec<Warning>) {
     }
 }
 
-/// Whether nothing in the model asks for light: then its colours are what the picture is to show.
+/// Whether nothing in the model asks for light: then its colors are what the picture is to show.
 pub(super) fn is_unlit(model: &Model) -> bool {
     model.placements.iter().all(|placement| placement.material.is_some_and(|index| model.materials[index].unlit))
 }
@@ -147,7 +147,7 @@ fn of_number(factor: f64, texture: Option<Texture>, texel: TexelChannel, sources
     }
 }
 
-/// Opacity is the alpha of the base colour.
+/// Opacity is the alpha of the base color.
 fn opacity(material: &ModelMaterial, sources: &[String]) -> Option<Box<d::Opacity>> {
     let (mode, cutoff) = match material.alpha {
         Alpha::Opaque => return None,

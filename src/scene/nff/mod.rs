@@ -2,9 +2,9 @@
 //!
 //! Where NFF.TXT is not specific:
 //! - Lights and ambient light each have the intensity sqrt(n) / 2n for n lights, as the SPD's Readme suggests; a file
-//!   without lights has the ambient light of one. A light's colour, if given, is multiplied by it too, so that white is
-//!   the same as no colour.
-//! - The object's colour tints the diffuse part alone; highlights, mirror rays and transmitted rays have the weights
+//!   without lights has the ambient light of one. A light's color, if given, is multiplied by it too, so that white is
+//!   the same as no color.
+//! - The object's color tints the diffuse part alone; highlights, mirror rays and transmitted rays have the weights
 //!   Ks, Ks and T in all channels.
 //! - "angle" is vertical when the picture is not square, and ends in the centres of the edge pixels.
 //! - Objects before the first fill are white with Kd 0.8.

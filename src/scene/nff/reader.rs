@@ -44,7 +44,7 @@ impl<'a> Reader<'a> {
         self.current = Some((kind, token.place));
         let entity = match kind {
             Kind::View => Entity::View(self.view()?),
-            Kind::Background => Entity::Background(self.color("the colour")?),
+            Kind::Background => Entity::Background(self.color("the color")?),
             Kind::Light => Entity::Light(self.light()?),
             Kind::Fill => Entity::Fill(self.fill()?),
             Kind::Cone => Entity::Cone(self.cone()?),
@@ -84,14 +84,14 @@ impl<'a> Reader<'a> {
 
     fn light(&mut self) -> Result<Light, Problem> {
         let position = self.point("the position")?;
-        // a colour has no keyword; but whatever else may follow starts with one
+        // a color has no keyword; but whatever else may follow starts with one
         let has_color = self.tokens.peek().is_some_and(|token| token.is_number());
-        let color = if has_color { Some(self.color("the colour")?) } else { None };
+        let color = if has_color { Some(self.color("the color")?) } else { None };
         Ok(Light { position, color })
     }
 
     fn fill(&mut self) -> Result<Fill, Problem> {
-        let color = self.color("the colour")?;
+        let color = self.color("the color")?;
         let kd = self.weight("Kd")?;
         let ks = self.weight("Ks")?;
         let shine = self.number_in("Shine", "from 0 to 1e6", |x| (0.0..=1e6).contains(&x))?;

@@ -114,7 +114,7 @@ fn background_may_come_first_or_last_before_the_objects() {
 }
 
 #[test]
-fn lights_share_their_intensity_and_may_have_a_colour() {
+fn lights_share_their_intensity_and_may_have_a_color() {
     let found = scene("l 1 2 3\nl 4 5 6 1 .5 0\nl 7 8 9 l 0 0 1\ns 0 0 0 1");
     let lights: Vec<_> = found
         .lights
@@ -242,8 +242,8 @@ fn mistakes_in_numbers() {
     }
     refused("s 0 0 0 1e999", 1, 9, OutOfRange, "numbers go up to 1e15");
     refused("s 0 2e15 0 1", 1, 5, OutOfRange, "numbers go up to 1e15");
-    refused("b 0 -1 0\ns 0 0 0 1", 1, 5, OutOfRange, "the colour is -1, but must be at least 0");
-    refused("l 0 0 0 1 1\ns 0 0 0 1", 2, 1, InvalidNff, "a number for the colour");
+    refused("b 0 -1 0\ns 0 0 0 1", 1, 5, OutOfRange, "the color is -1, but must be at least 0");
+    refused("l 0 0 0 1 1\ns 0 0 0 1", 2, 1, InvalidNff, "a number for the color");
     refused("l 0 0 0 1 1 1 1\ns 0 0 0 1", 1, 15, InvalidNff, "one number too many: line 8 starts a light");
 }
 

@@ -266,7 +266,7 @@ impl<'s> Walk<'s> {
                     self.add(self.path.clone(), Code::Limit, detail, Mend::Keep);
                 } else if node.schema.get("pattern").is_some_and(|it| it == HEX) && Color::from_hex(word).is_none() {
                     let shown = wording::shown(value);
-                    let detail = format!("{shown} is no colour; write \"#rrggbb\", [r, g, b] or a grey number");
+                    let detail = format!("{shown} is no color; write \"#rrggbb\", [r, g, b] or a grey number");
                     self.unreadable(Code::WrongType, detail);
                 }
             }

@@ -110,7 +110,7 @@ fn broken_rest() {
         (
             "\"materials\": {\"a/b\": {\"roughness\": 12, \"diffuse\": \"#12345g\"}}",
             "line 7, column 36: /materials/a~1b/roughness: must be at least 0 and at most 1, is 12 [OutOfRange]\n\
-                 line 7, column 51: /materials/a~1b/diffuse: \"#12345g\" is no colour; write \"#rrggbb\", [r, g, b] or a grey \
+                 line 7, column 51: /materials/a~1b/diffuse: \"#12345g\" is no color; write \"#rrggbb\", [r, g, b] or a grey \
                  number [WrongType]",
         ),
         (

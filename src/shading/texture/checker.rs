@@ -1,17 +1,17 @@
-//! The colour of a material in every kernel: uniform, or a checkerboard.
+//! The color of a material in every kernel: uniform, or a checkerboard.
 
 use crate::lanes::{Lanes, Real, V3};
 
-/// A colour that may depend on the place.
+/// A color that may depend on the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BaseColor<R> {
     /// The same everywhere.
     Uniform([R; 3]),
     /// `a` where the sum of floor(p / size) over the axes is even, `b` elsewhere.
     Checker {
-        /// Colour of the even tiles.
+        /// Color of the even tiles.
         a: [R; 3],
-        /// Colour of the odd tiles.
+        /// Color of the odd tiles.
         b: [R; 3],
         /// Edge of a tile.
         size: R,
@@ -23,7 +23,7 @@ pub enum BaseColor<R> {
 }
 
 impl<R: Real> BaseColor<R> {
-    /// The colour at points of the body's own coordinates, or its mean over boxes around them, whose extents are
+    /// The color at points of the body's own coordinates, or its mean over boxes around them, whose extents are
     /// asked for where they matter.
     #[inline(always)]
     pub fn at<L: Lanes<Real = R>>(&self, s: L::Simd, local: V3<L>, extents: Option<&dyn Fn() -> V3<L>>) -> V3<L> {
@@ -44,7 +44,7 @@ impl<R: Real> BaseColor<R> {
                             mean = mean * stripes(s, tiles(p), tiles(extent));
                         }
                     }
-                    // Between the two colours whatever the roundings are.
+                    // Between the two colors whatever the roundings are.
                     let share = (L::lit(s, 0.5) + L::lit(s, 0.5) * mean).max(L::lit(s, 0.0)).min(L::lit(s, 1.0));
                     let (a, b) = (V3::splat(s, *a), V3::splat(s, *b));
                     return a * share + b * (L::lit(s, 1.0) - share);

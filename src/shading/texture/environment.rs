@@ -14,7 +14,7 @@ pub struct Environment {
     pub mipmap: Arc<Mipmap>,
     /// How far it is turned around the y axis, in turns, counter-clockwise seen from above.
     pub turn: f64,
-    /// Factor on its colours.
+    /// Factor on its colors.
     pub intensity: f64,
 }
 
@@ -32,7 +32,7 @@ impl Environment {
     }
 }
 
-/// A clear sky over ground of one colour, as a picture of one column.
+/// A clear sky over ground of one color, as a picture of one column.
 pub fn clear_sky(zenith: Rgb, horizon: Rgb, ground: Rgb) -> Mipmap {
     // A row is less than a fifth of a degree, so the horizon is sharp.
     const ROWS: u32 = 1024;

@@ -45,7 +45,7 @@ impl ImageTexture {
         self.mapping.at(s, lookup.point, lookup.face.as_ref())
     }
 
-    /// The mean colours over the footprints.
+    /// The mean colors over the footprints.
     pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
         W::vectorize(
             s,

@@ -1,4 +1,4 @@
-//! Textures: colours, bumps and surroundings that depend on the place, in double precision.
+//! Textures: colors, bumps and surroundings that depend on the place, in double precision.
 
 pub mod bump;
 pub mod checker;

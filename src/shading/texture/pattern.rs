@@ -37,14 +37,14 @@ pub enum Pattern {
         from: DVec3,
         /// Gradient of t.
         along: DVec3,
-        /// Colours at t = 0 and 1.
+        /// Colors at t = 0 and 1.
         colors: [[f64; 3]; 2],
     },
     /// From `a` to `b`, by noise.
     Noise {
         /// The noise.
         fractal: Fractal,
-        /// Colours where it is 0 and 1.
+        /// Colors where it is 0 and 1.
         colors: [[f64; 3]; 2],
     },
     /// A picture.
@@ -52,7 +52,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// The colours of places.
+    /// The colors of places.
     #[inline(always)]
     pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
         match self {

@@ -141,7 +141,7 @@ impl<W: Double> Face<W> {
         self.coordinates(s, p, &self.uvs)
     }
 
-    /// The colours of points, white where the mesh has none.
+    /// The colors of points, white where the mesh has none.
     #[inline(always)]
     pub fn colors(&self, s: W::Simd, p: V3<W>) -> Option<[W; 4]> {
         let colors = &self.attributes.as_ref()?.colors;
@@ -159,7 +159,7 @@ impl<W: Double> Face<W> {
         Some((V3 { x, y, z }, hand))
     }
 
-    /// Two channels of colours at the corners. Not by `map`, which calls so large a closure as a function of its own.
+    /// Two channels of colors at the corners. Not by `map`, which calls so large a closure as a function of its own.
     #[inline(always)]
     fn two_of(&self, s: W::Simd, p: V3<W>, [a, b, c]: &[[W; 4]; 3], i: usize) -> [W; 2] {
         self.coordinates(s, p, &[[a[i], a[i + 1]], [b[i], b[i + 1]], [c[i], c[i + 1]]]).uv

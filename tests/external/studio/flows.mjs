@@ -127,7 +127,7 @@ const flows = {
     const back = (await state(page, "scene")).camera.pinhole.vfov_deg;
     return [angle === 40 && back === 60, `60 -> ${angle}, one undo -> ${back}`];
   },
-  async "a colour is picked"(page) {
+  async "a color is picked"(page) {
     await page.waitForFunction(() => document.querySelector(".editor-host").shadowRoot?.querySelector(".swatch"));
     await page.evaluate(() => {
       const swatch = document.querySelector(".editor-host").shadowRoot.querySelector(".swatch");

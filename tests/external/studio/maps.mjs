@@ -14,7 +14,7 @@ const whole = () => page.waitForFunction(() => document.querySelector(".legend")
 
 for (const kind of await page.$$eval('input[name="map"]', (all) => all.map(({ value }) => value).filter(Boolean))) {
   await page.click(`input[name="map"][value="${kind}"]`);
-  // Objects have a table of colours in place of a scale.
+  // Objects have a table of colors in place of a scale.
   const legend = kind === "object" ? ".maps .table" : ".legend-ticks";
   await page.waitForSelector(legend, { timeout: 60_000 });
   await page.waitForFunction(() => !document.querySelector(".map-progress progress"), { timeout: 60_000 });
@@ -56,7 +56,7 @@ await page.click('input[name="map-scale"][value="linear"]');
 await page.focus('.slider input[type="range"]');
 await page.keyboard.press("Home");
 looks.add(await drawn());
-figure("looks", `${looks.size} different colours`, looks.size === 3);
+figure("looks", `${looks.size} different colors`, looks.size === 3);
 
 // An edit: a new map, and only one request more for each step however many keys.
 await page.click('input[name="map"][value="depth"]');

@@ -26,7 +26,7 @@ fn rays_that_hit_nothing_show_the_background() {
 }
 
 #[test]
-fn ambient_light_is_a_product_and_defaults_to_the_diffuse_colour() {
+fn ambient_light_is_a_product_and_defaults_to_the_diffuse_color() {
     let more = |material: Value| json!({ "ambient": [0.5, 1, 2], "materials": { "m": material } });
     shows(json!([floor()]), more(json!({ "diffuse": [0.1, 0.2, 0.3] })), [0.05, 0.2, 0.6]);
     shows(json!([floor()]), more(json!({ "diffuse": 0.1, "ambient": [1, 0, 0.25] })), [0.5, 0.0, 0.5]);

@@ -113,7 +113,7 @@ fn halved(ink: f64, milk: f64) -> [f64; 3] {
 }
 
 #[test]
-fn shadows_take_the_colour_of_what_light_passes() {
+fn shadows_take_the_color_of_what_light_passes() {
     // At 60 degrees the way through a slab is twice its thickness; light is not bent on its way.
     shows(shadow(json!([slab(1.0, 1.5, "ink")])), halved(1.0, 0.0), "one slab");
     shows(shadow(json!([slab(1.0, 1.5, "ink"), slab(2.0, 2.25, "milk")])), halved(1.0, 0.5), "two slabs");

@@ -9,7 +9,7 @@ use strahl::scene::compile::Precise;
 
 const LIGHT: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 
-/// Objects seen from the front, without perspective, x and y from -1 to 1; their colour is the cosine of the light.
+/// Objects seen from the front, without perspective, x and y from -1 to 1; their color is the cosine of the light.
 fn lit(material: Value, objects: Value) -> Value {
     let mut material = material;
     material["diffuse"] = json!(1);

@@ -81,7 +81,7 @@ fn curved_mirrors_and_lenses_widen_what_rays_cover() {
 }
 
 #[test]
-fn means_lie_between_the_two_colours() {
+fn means_lie_between_the_two_colors() {
     let mut random = Random::new(5);
     for precision in ["single", "double"] {
         for _ in 0..20 {

@@ -3,7 +3,7 @@
 use super::*;
 use strahl::render::{RenderOptions, render_with};
 
-/// Balls and boxes of coloured glass that overlap, over a floor, all lengths times `scale`.
+/// Balls and boxes of colored glass that overlap, over a floor, all lengths times `scale`.
 fn jumble(seed: u64, scale: f64) -> Value {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut uniform = || {

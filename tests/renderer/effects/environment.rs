@@ -58,7 +58,7 @@ fn it_turns_counter_clockwise_seen_from_above() {
 
 #[test]
 fn directions_are_those_of_the_convention() {
-    // Four walls and two lids, each of its own colour.
+    // Four walls and two lids, each of its own color.
     let colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [255, 255, 255], [0, 255, 255]];
     let map = RgbImage::from_fn(64, 32, |x, y| {
         Rgb(colors[match (y, (x + 8) / 16 % 4) {
@@ -112,7 +112,7 @@ fn mirrors_and_glass_show_it() {
 }
 
 #[test]
-fn intensity_is_a_factor_and_one_colour_is_a_background() {
+fn intensity_is_a_factor_and_one_color_is_a_background() {
     let map = url(around());
     let one = pixels(panorama(json!({ "image": map }), 64), "double");
     let three = pixels(panorama(json!({ "image": map, "intensity": 3 }), 64), "double");
@@ -161,7 +161,7 @@ fn broken_surroundings_are_named() {
 }
 
 #[test]
-fn a_sky_has_its_colours_above_and_at_the_horizon_and_ground_below() {
+fn a_sky_has_its_colors_above_and_at_the_horizon_and_ground_below() {
     let sky = json!({ "sky": { "zenith": [0, 0, 1], "horizon": 1, "ground": [0.5, 0, 0] }, "intensity": 2 });
     let width = 128;
     let all = pixels(panorama(sky, width), "double");
@@ -176,7 +176,7 @@ fn a_sky_has_its_colours_above_and_at_the_horizon_and_ground_below() {
 }
 
 #[test]
-fn a_sky_of_one_colour_is_a_background() {
+fn a_sky_of_one_color_is_a_background() {
     let sky = json!({ "sky": { "zenith": 0.5, "horizon": 0.5, "ground": 0.5 } });
     let scene = scene(panorama(sky, 8), "single");
     let Precise::Single(world) = &scene.world else { unreachable!() };

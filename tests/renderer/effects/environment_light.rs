@@ -120,7 +120,7 @@ fn rough_metals_reflect_blurred_surroundings() {
 }
 
 #[test]
-fn surroundings_of_one_colour_are_ambient_light() {
+fn surroundings_of_one_color_are_ambient_light() {
     let one = json!({ "image": url(RgbImage::from_pixel(2, 2, Rgb([188, 188, 188]))), "light": "fast" });
     let material = json!({ "pbr": { "metallic": 0.3, "roughness": 0.4, "base_color": [0.9, 0.5, 0.1] } });
     let up = [0.0, 1.0, 0.0];

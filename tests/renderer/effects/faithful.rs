@@ -33,7 +33,7 @@ fn ball(material: Value, around: Value, render: Value) -> Value {
     scene
 }
 
-/// In surroundings of one colour a white dielectric sends on all light, but for what facets send below the surface and what two
+/// In surroundings of one color a white dielectric sends on all light, but for what facets send below the surface and what two
 /// laws of Fresnel differ by; light without rays says the same of any material.
 #[test]
 fn a_furnace_keeps_its_light() {
@@ -212,9 +212,9 @@ fn without_rays_the_light_of_a_studio_is_nearly_the_same() {
     }
 }
 
-/// A ball over a floor darkens it, and colours it: neither is there without rays.
+/// A ball over a floor darkens it, and colors it: neither is there without rays.
 #[test]
-fn bodies_hide_and_colour_each_others_light() {
+fn bodies_hide_and_color_each_others_light() {
     let scene = |fidelity: &str, color: Value| {
         json!({
             "version": 1, "image": { "width": 4, "height": 4 },

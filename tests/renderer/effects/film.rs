@@ -67,7 +67,7 @@ fn alpha_is_what_two_backgrounds_tell() {
     }
 }
 
-/// A highlight on clear glass is brighter than its alpha, which straight colours cannot be.
+/// A highlight on clear glass is brighter than its alpha, which straight colors cannot be.
 #[test]
 fn over_black_a_transparent_file_is_the_light_itself() {
     let description = transparent(json!({

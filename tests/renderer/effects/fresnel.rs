@@ -157,7 +157,7 @@ fn other_names_are_refused() {
 }
 
 /// Normals that lean around the rim of a pane and are upright far below, as files of other programs have them, shut no light in: in
-/// surroundings of one colour clear glass shows that colour. Light that did not leave the pane would be cut off after ten rays.
+/// surroundings of one color clear glass shows that color. Light that did not leave the pane would be cut off after ten rays.
 #[test]
 fn glass_with_leaning_normals_shuts_no_light_in() {
     let (mut vertices, mut normals, mut faces) = (Vec::new(), Vec::new(), Vec::new());

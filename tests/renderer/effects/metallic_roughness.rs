@@ -206,9 +206,9 @@ fn smooth_metals_mirror_by_schlick_and_rough_ones_do_not() {
     }
 }
 
-/// A colour above 1 makes a dielectric reflect more than its index of refraction, at most all.
+/// A color above 1 makes a dielectric reflect more than its index of refraction, at most all.
 #[test]
-fn bright_colours_of_reflections_mirror_as_metals_do() {
+fn bright_colors_of_reflections_mirror_as_metals_do() {
     for degrees in [0.0, 60.0] {
         let view = direction(degrees, 0.0);
         let material = Plain { base: [0.0; 3], roughness: 0.0, tint: [25.0, 12.5, 100.0], ..PLAIN };
@@ -303,7 +303,7 @@ fn pictures_lie_on_every_channel_and_are_moved_as_gltf_says() {
 }
 
 #[test]
-fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
+fn colors_of_vertices_multiply_the_base_color_and_alpha() {
     let materials = json!({
         "it": { "pbr": { "unlit": true, "base_color": [0.5, 1, 1], "opacity": {} } },
         "behind": { "pbr": { "unlit": true, "base_color": [0, 0, 1] } }
@@ -394,7 +394,7 @@ fn thin_walls_let_light_straight_through() {
 }
 
 #[test]
-fn a_body_lets_its_attenuation_colour_pass_over_its_distance() {
+fn a_body_lets_its_attenuation_color_pass_over_its_distance() {
     let materials = json!({
         "it": { "pbr": {
             "metallic": 0, "roughness": 0, "transmission": 1, "ior": 1,

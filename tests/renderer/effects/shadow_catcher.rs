@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A floor that catches shadows is nowhere but where a lamp is hidden, in colours and in alpha.
+/// A floor that catches shadows is nowhere but where a lamp is hidden, in colors and in alpha.
 #[test]
 fn a_shadow_catcher_shows_shadows_alone() {
     let sunny = |ambient: f64, light: Value, film: Value| {
@@ -33,7 +33,7 @@ fn a_shadow_catcher_shows_shadows_alone() {
         picture(&super::scene(sunny(height, sun.clone(), json!({ "background": "transparent" })), "double")).film;
     assert!((film.alpha[1] - 0.5).abs() < 1e-6 && film.alpha[0] == 0.0, "{:?}", film.alpha);
     assert!(effects(&scene(sun.clone(), json!({}))).has(Effect::ShadowCatcher));
-    // The fourth number of a mesh's colours is how much of it is seen.
+    // The fourth number of a mesh's colors is how much of it is seen.
     let mut faded = scene(sun.clone(), json!({ "background": "transparent" }));
     faded["objects"][0] = json!({ "mesh": {
         "vertices": [[-9, 0, 9], [9, 0, 9], [0, 0, -18]], "faces": [[0, 1, 2]], "material": "floor",

@@ -24,7 +24,7 @@ fn linear(code: u8) -> f64 {
     strahl::math::srgb_to_linear(f64::from(code) / 255.0)
 }
 
-/// A wall at z = 0, seen from the front without perspective: x from -2 to 2, y from -1 to 1, in its own colours.
+/// A wall at z = 0, seen from the front without perspective: x from -2 to 2, y from -1 to 1, in its own colors.
 fn wall(diffuse: Value) -> Value {
     json!({
         "version": 1,
@@ -73,7 +73,7 @@ fn noise(size: f64) -> Value {
 }
 
 #[test]
-fn noise_stays_between_its_colours_and_fills_them() {
+fn noise_stays_between_its_colors_and_fills_them() {
     let single = pixels(wall(noise(0.5)), "single");
     let double = pixels(wall(noise(0.5)), "double");
     for (a, b) in single.iter().zip(&double) {
@@ -109,7 +109,7 @@ fn scenes_scaled_by_a_power_of_two_look_the_same() {
 }
 
 #[test]
-fn what_is_the_same_everywhere_is_a_colour() {
+fn what_is_the_same_everywhere_is_a_color() {
     let one = RgbImage::from_pixel(5, 3, Rgb([188, 188, 188]));
     let picture = json!({ "image": { "source": url(one), "mapping": { "planar": { "axes": "xy" } } } });
     let gradient = json!({ "gradient": { "from": [0, 0, 0], "to": [1, 0, 0], "a": "#bcbcbc", "b": "#bcbcbc" } });
@@ -211,7 +211,7 @@ fn a_floor_to_the_horizon_does_not_alias() {
 
 #[test]
 fn globes_have_no_seam_and_no_spot_at_the_pole() {
-    // A picture that closes: its colours follow cos(longitude).
+    // A picture that closes: its colors follow cos(longitude).
     let wave = |x: u32| 0.5 + 0.5 * ((f64::from(x) + 0.5) / 64.0 * std::f64::consts::TAU).cos();
     let picture = RgbImage::from_fn(64, 32, |x, y| Rgb([(wave(x) * 255.0) as u8, (y * 8) as u8, 128]));
     let source = url(picture);
@@ -416,7 +416,7 @@ fn explanations_say_what_is_on_removed_or_off() {
     let mut description = wall(json!(1));
     assert_eq!(states(&description), ["off"; 6]);
     let source = url(board(2));
-    // Without a light nothing would show diffuse colours and bumps.
+    // Without a light nothing would show diffuse colors and bumps.
     description["lights"] = json!([{ "point": { "position": [0, 0, 5] } }]);
     description["environment"] = json!({ "image": source });
     description["materials"]["wall"] = json!({

@@ -26,7 +26,7 @@ fn overview(page: &mut String, summary: &Summary) {
     write!(page, "</table><p><small>{}</small></p>", escape(SOURCES)).unwrap();
 }
 
-/// Each case as a link, coloured by the worse of its verdicts.
+/// Each case as a link, colored by the worse of its verdicts.
 fn index(page: &mut String, card: &Card) {
     page.push_str("<h2>Cases</h2><p class=index>");
     let mut family = ' ';

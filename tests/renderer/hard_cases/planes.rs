@@ -118,7 +118,7 @@ fn eye_on_plane(lab: &Lab) -> Evidence {
     e
 }
 
-/// Two quads in one plane, red before green, and a ball of each colour in one place.
+/// Two quads in one plane, red before green, and a ball of each color in one place.
 fn coincident(order: [&str; 2]) -> Value {
     let quad = |material: &str| json!({ "quad": { "vertices": [[-2, -1, 1], [2, -1, 1], [2, 1, -1], [-2, 1, -1]], "material": material } });
     let smaller = |material: &str| json!({ "quad": { "vertices": [[-1, -3, 3], [5, -3, 3], [5, -1.5, 1.5], [-1, -1.5, 1.5]], "material": material } });

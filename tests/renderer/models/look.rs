@@ -122,7 +122,7 @@ fn unlit_models_show_their_codes() {
 
 /// Lamps of hundreds of candela lower the exposure, and the tone curve takes 0.04 of each channel: neither is seen.
 #[test]
-fn unlit_colours_beside_lit_ones_are_shown_as_they_are() {
+fn unlit_colors_beside_lit_ones_are_shown_as_they_are() {
     let color = [0.5, 0.2, 0.01];
     let lamp = json!({
         "extensionsUsed": ["KHR_materials_unlit", "KHR_lights_punctual"],
@@ -239,7 +239,7 @@ fn what_lies_flat_has_a_shadow_beside_it() {
 }
 
 #[test]
-fn lamps_of_the_file_keep_their_colours_beside_the_studio() {
+fn lamps_of_the_file_keep_their_colors_beside_the_studio() {
     let bytes = crate::common::read("tests/inputs/models/LightsPoint.glb");
     let description = imported(&bytes, ModelFormat::Gltf, &Overrides::default()).description;
     let studio = description.environment.unwrap().intensity * math::pow(2.0, description.film.exposure);

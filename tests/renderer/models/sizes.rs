@@ -131,7 +131,7 @@ fn lamps_that_are_too_bright_for_a_film_do_not_blind_it() {
     assert!((150..254).contains(&red), "{red}");
 }
 
-/// A huge model and a tiny one become one scene: instances, a camera, a lamp and the depth of colour of a body, too.
+/// A huge model and a tiny one become one scene: instances, a camera, a lamp and the depth of color of a body, too.
 #[test]
 fn all_lengths_of_a_model_are_scaled() {
     let description = |power: i32| {

@@ -136,7 +136,7 @@ fn plain_parts_take_the_fewest_samples() {
 
 /// All first samples of pixels 415, 272 and of two beside it miss the lamp: they were up to 50 codes off.
 #[test]
-fn pixels_beside_another_colour_look_again() {
+fn pixels_beside_another_color_look_again() {
     let scene = |samples: Option<u32>| {
         let text = serde_json::to_vec(&json!({
             "version": 1, "image": { "width": 640, "height": 360 },

@@ -36,7 +36,7 @@ export function tiled(width, height) {
   return pieces;
 }
 
-/** Bytes of colour that differ. @param {Uint8ClampedArray} a @param {Uint8ClampedArray} b */
+/** Bytes of color that differ. @param {Uint8ClampedArray} a @param {Uint8ClampedArray} b */
 export function apart(a, b) {
   let [pixels, most] = [0, 0];
   for (let i = 0; i < a.length; i += 4) {

@@ -2,7 +2,7 @@
 import { html, useEffect, useState } from "../../vendor/preact.js";
 import { Problem, ask, askJson, patiently } from "../api.js";
 import { readPfm } from "../pfm.js";
-import { coloured } from "../ramps.js";
+import { colored } from "../ramps.js";
 import { other, origin } from "../state.js";
 import { Button } from "../ui.js";
 import { typed } from "./accuracy-stops.js";
@@ -41,7 +41,7 @@ export function FlipRow() {
   const show = () => run(async (signal) => {
     const answer = await ask("v1/compare", { ...request, query: { format: "flip" }, signal });
     const { width, height, values } = readPfm(await answer.arrayBuffer());
-    const map = await bitmapOf(coloured(values, { low: 0, high: 1, isLogarithmic: false }, "viridis", false), width, height);
+    const map = await bitmapOf(colored(values, { low: 0, high: 1, isLogarithmic: false }, "viridis", false), width, height);
     if (signal.aborted) return map.close();
     putMap(map);
     mode.value = "flip map";

@@ -70,8 +70,8 @@ function mark(context, at) {
     const { left, top, scale } = half(at, side);
     const edge = Math.max(7, scale);
     const [x, y] = [left + (pixel.x + 0.5) * scale - edge / 2, top + (pixel.y + 0.5) * scale - edge / 2];
-    for (const [colour, line] of /** @type {[string, number][]} */ ([["#000", 3], ["#fff", 1]])) {
-      context.strokeStyle = colour;
+    for (const [color, line] of /** @type {[string, number][]} */ ([["#000", 3], ["#fff", 1]])) {
+      context.strokeStyle = color;
       context.lineWidth = line;
       context.strokeRect(x, y, edge, edge);
     }

@@ -55,8 +55,8 @@ function draw(context, view) {
   const part = wished.peek();
   if (!part || !isActive(job)) return;
   const [px, py] = at(part.x, part.y);
-  for (const [colour, dash] of /** @type {[string, number[]][]} */ ([["#000", []], ["#fff", [4, 4]]])) {
-    context.strokeStyle = colour;
+  for (const [color, dash] of /** @type {[string, number[]][]} */ ([["#000", []], ["#fff", [4, 4]]])) {
+    context.strokeStyle = color;
     context.setLineDash(dash);
     context.strokeRect(px + 0.5, py + 0.5, part.w * unit, part.h * unit);
   }

@@ -3,7 +3,7 @@ import { batch, computed, effect, signal, untracked } from "../../vendor/preact.
 import { ask, patiently, pause } from "../api.js";
 import { loadObjects, painted } from "./maps-objects.js";
 import { oneChannel, readPfm } from "../pfm.js";
-import { coloured, histogram, scaleOf } from "../ramps.js";
+import { colored, histogram, scaleOf } from "../ramps.js";
 import { bitmaps, connection, hover, origin, panel, pixel, predicted, problems, putLayer, removeLayer, settings, size, text, version } from "../state.js";
 
 /**
@@ -22,7 +22,7 @@ export const KINDS = {
   time: { title: "Time", words: "Processor time of each pixel; up to 16 that are traced together share it by their rays.", isLogarithmic: true, shown: time },
   depth: { title: "Depth", words: "Rays in the longest chain of each pixel; the camera ray counts 1.", isLogarithmic: false, shown: plainly("ray") },
   samples: { title: "Samples", words: "Samples that each pixel got.", isLogarithmic: true, shown: plainly("sample") },
-  object: { title: "Objects", words: "What each pixel shows, straight ahead: each object has a colour.", isLogarithmic: false, shown: (value) => (value === 0 ? "nothing" : (found.peek()?.objects?.[value - 1]?.name ?? `object ${value}`)) },
+  object: { title: "Objects", words: "What each pixel shows, straight ahead: each object has a color.", isLogarithmic: false, shown: (value) => (value === 0 ? "nothing" : (found.peek()?.objects?.[value - 1]?.name ?? `object ${value}`)) },
   distance: { title: "Distance", words: "How far away what each pixel shows is.", isLogarithmic: true, shown: (value) => value.toPrecision(4) },
 };
 
@@ -163,7 +163,7 @@ export function start() {
     if (!of || !along) return untracked(() => put(null));
     let isOver = false;
     const { width, height, values } = of.floats;
-    const pixels = of.objects ? painted(values) : coloured(values, along, name, positive);
+    const pixels = of.objects ? painted(values) : colored(values, along, name, positive);
     createImageBitmap(new ImageData(pixels, width, height)).then((next) => (isOver ? next.close() : put(next)));
     return () => void (isOver = true);
   });

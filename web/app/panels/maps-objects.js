@@ -1,4 +1,4 @@
-// The map of what each pixel shows: a colour for each object, and the objects as a legend that leads to their lines.
+// The map of what each pixel shows: a color for each object, and the objects as a legend that leads to their lines.
 import { html } from "../../vendor/preact.js";
 import { askJson } from "../api.js";
 import { pixel } from "../state.js";
@@ -18,8 +18,8 @@ export function unpacked({ columns, rows, runs, objects }) {
   return { width: columns, height: rows, values, objects };
 }
 
-/** A colour for a number: hues by the golden angle, so that neighbours differ, in three brightnesses. @param {number} n @returns {[number, number, number]} */
-export function colourOf(n) {
+/** A color for a number: hues by the golden angle, so that neighbours differ, in three brightnesses. @param {number} n @returns {[number, number, number]} */
+export function colorOf(n) {
   const hue = (n * 137.508) % 360;
   const light = [0.62, 0.45, 0.78][n % 3];
   const channel = (/** @type {number} */ shift) => {
@@ -29,10 +29,10 @@ export function colourOf(n) {
   return [channel(0), channel(8), channel(4)];
 }
 
-/** Pixels in the colours of their objects; where nothing is the picture shows. @param {Float32Array} values */
+/** Pixels in the colors of their objects; where nothing is the picture shows. @param {Float32Array} values */
 export function painted(values) {
   const pixels = new Uint8ClampedArray(values.length * 4);
-  for (let i = 0; i < values.length; i += 1) if (values[i] > 0) pixels.set([...colourOf(values[i]), 255], 4 * i);
+  for (let i = 0; i < values.length; i += 1) if (values[i] > 0) pixels.set([...colorOf(values[i]), 255], 4 * i);
   return pixels;
 }
 
@@ -48,7 +48,7 @@ export function ObjectLegend({ of }) {
   return html`<table class="table"><caption class="hidden-visually">Objects in sight</caption><thead><tr><th scope="col">Object</th><th scope="col" class="number">Pixels</th></tr></thead>
     <tbody>${listed.slice(0, LISTED).map(([value, count]) => {
       const { pointer, name } = of.objects[value - 1];
-      return html`<tr key=${pointer}><td><span class="swatch" style=${{ background: `rgb(${colourOf(value).join(" ")})` }}></span><${Pointer} pointer=${pointer}>${name ?? undefined}<//></td><td class="number">${share(count)}</td></tr>`;
+      return html`<tr key=${pointer}><td><span class="swatch" style=${{ background: `rgb(${colorOf(value).join(" ")})` }}></span><${Pointer} pointer=${pointer}>${name ?? undefined}<//></td><td class="number">${share(count)}</td></tr>`;
     })}</tbody></table>
     ${listed.length > LISTED && html`<p class="quiet">and ${listed.length - LISTED} more</p>`}
     ${pixel.value === null && html`<p class="quiet">Each object leads to its line.</p>`}`;

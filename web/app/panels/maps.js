@@ -67,11 +67,11 @@ function Figures({ kind: of }) {
   </dl>`;
 }
 
-const Looks = () => html`<h3 class="section">Looks</h3><${Opacity} />${kind.value !== "object" && html`<${Colours} />`}`;
+const Looks = () => html`<h3 class="section">Looks</h3><${Opacity} />${kind.value !== "object" && html`<${Colors} />`}`;
 
 const Opacity = () => html`<label class="slider"><span>Opacity</span><input type="range" min="0" max="100" value=${Math.round(100 * opacity.value)} onInput=${(/** @type {any} */ event) => (opacity.value = event.target.value / 100)} /><output>${Math.round(100 * opacity.value)} %</output></label>`;
 
-const Colours = () => html`<div class="slider two"><span>Scale</span><${Choice} label="Scale" name="map-scale" chosen=${isLogarithmic.value ? "log" : "linear"} choose=${(/** @type {string} */ next) => (isLogarithmic.value = next === "log")} options=${[["linear", "Linear"], ["log", "Logarithmic"]]} /></div>
-  <div class="slider two"><span>Colours</span><${Choice} label="Colours" name="map-ramp" chosen=${rampName.value} choose=${(/** @type {any} */ next) => (rampName.value = next)} options=${[["cividis", "Cividis"], ["viridis", "Viridis"]]} /></div>
+const Colors = () => html`<div class="slider two"><span>Scale</span><${Choice} label="Scale" name="map-scale" chosen=${isLogarithmic.value ? "log" : "linear"} choose=${(/** @type {string} */ next) => (isLogarithmic.value = next === "log")} options=${[["linear", "Linear"], ["log", "Logarithmic"]]} /></div>
+  <div class="slider two"><span>Colors</span><${Choice} label="Colors" name="map-ramp" chosen=${rampName.value} choose=${(/** @type {any} */ next) => (rampName.value = next)} options=${[["cividis", "Cividis"], ["viridis", "Viridis"]]} /></div>
   <${Switch} label="Clip to the middle 96 % of the pixels" on=${isClipped.value} set=${(/** @type {boolean} */ on) => (isClipped.value = on)} />
   <${Switch} label="Only where it is above 0" on=${onlyPositive.value} set=${(/** @type {boolean} */ on) => (onlyPositive.value = on)} />`;

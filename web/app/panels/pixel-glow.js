@@ -13,7 +13,7 @@ export const glow = signal(/** @type {Glow | null} */ (null));
 const [BLOCKS, REST] = [24_000, 600];
 /** One sample of each, as deep as pictures are by default. */
 const PLAIN = { accuracy: "fixed", antialias: "false", samples: "1" };
-/** The glow's colour, sky blue of Okabe and Ito, and its alpha where all comes from the object. Small shares show by their root. */
+/** The glow's color, sky blue of Okabe and Ito, and its alpha where all comes from the object. Small shares show by their root. */
 const [RED, GREEN, BLUE, MOST] = [86, 180, 233, 130];
 
 /** The object of the scene itself that a pointer is in, or null: parts of definitions have none. @param {string} pointer */

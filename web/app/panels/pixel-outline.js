@@ -15,7 +15,7 @@ const ALL = 200;
 /** Levels that are indented; deeper ones say their depth. */
 const INDENTED = 9;
 
-/** A kind of ray: letter, dashes and colour, since none of them says it alone. @param {{ kind: Kind, ended?: boolean }} props */
+/** A kind of ray: letter, dashes and color, since none of them says it alone. @param {{ kind: Kind, ended?: boolean }} props */
 export const Badge = ({ kind, ended }) => html`<svg class=${`ray-badge kind-${kind}${ended ? " ended" : ""}`} viewBox="0 0 22 20" aria-hidden="true">
   <rect x="1" y="0.5" width="20" height="14" rx="3" /><text x="11" y="11.2">${KINDS[kind].letter}</text>
   <path d="M0 18H22" stroke-dasharray=${ended ? "1.5 2.5" : KINDS[kind].dash} />

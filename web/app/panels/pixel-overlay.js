@@ -37,7 +37,7 @@ function lightAt(of, light) {
   return Array.isArray(at) && at.length === 3 && at.every(Number.isFinite) ? /** @type {Vec} */ (at) : null;
 }
 
-/** Colours of the kinds over a picture: light on a dark edge, the same in both schemes. */
+/** Colors of the kinds over a picture: light on a dark edge, the same in both schemes. */
 export const PAINT = /** @type {Record<string, string>} */ ({ camera: "#f0f0f0", reflected: "#ff8a3d", transmitted: "#3ed6a6", shadow: "#ffd23d", gathered: "#e79cc8" });
 
 /**

@@ -211,7 +211,7 @@ export function codesOff({ value, raised, lacking }) {
   return largest(value.map((linear, c) => Math.max(code(linear - raised[c] + lacking[c]) - code(linear), code(linear) - code(linear - raised[c]))));
 }
 
-/** The colour of a linear value for CSS. @param {ArrayLike<number>} linear @param {number} [gain] */
+/** The color of a linear value for CSS. @param {ArrayLike<number>} linear @param {number} [gain] */
 export const colorOf = (linear, gain = 1) => `rgb(${[0, 1, 2].map((c) => Math.round(codeOf(linear[c] * gain))).join(" ")})`;
 
 /** A number with a few digits: 0.0123, 1.23, 123, 1.2e-5. @param {number} value @param {number} [digits] */

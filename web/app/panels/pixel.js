@@ -51,7 +51,7 @@ function Value({ tree }) {
   const codes = tree.value.map((value) => Math.round(codeOf(value)));
   const row = (/** @type {string} */ name, /** @type {(string | number)[]} */ values) => html`<tr><th scope="row">${name}</th>${values.map((value, c) => html`<td key=${c} class="number mono">${value}</td>`)}</tr>`;
   return html`<div class="pixel-value">
-    <span class="pixel-swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Colour of the pixel"></span>
+    <span class="pixel-swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Color of the pixel"></span>
     <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th></tr></thead>
       <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}
       ${isPlain() && html`<tr><th scope="row">CSS</th><td colspan="3" class="number mono">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</td></tr>`}</tbody></table>

@@ -4,7 +4,7 @@ import { fromHex } from "../values.js";
 
 /** What is done to a copy of the scene; false if there was nothing to do. @typedef {(scene: any) => boolean} Change */
 
-/** A pattern's mean colour, as far as two colours tell it. @param {any} pattern */
+/** A pattern's mean color, as far as two colors tell it. @param {any} pattern */
 function plainOf(pattern) {
   const [of] = /** @type {any[]} */ (Object.values(pattern));
   const triple = (/** @type {any} */ color) => (Array.isArray(color) ? color : typeof color === "string" ? fromHex(color) : [color ?? 0.5, color ?? 0.5, color ?? 0.5]);

@@ -134,7 +134,7 @@ pub(super) const EXAMPLES: &[Example] = examples![
     "refraction/glass_of_water", "Glass of water", "Three media, nested: glass, water and air.";
     "mirrors/hall", "Hall of mirrors", "Parallel mirrors: what depth 3, 5 and 100 change.";
     "effects/gloss", "Rough mirrors", "Reflections that blur with distance.";
-    "lights/stage", "Stage", "Spotlights with colours.";
+    "lights/stage", "Stage", "Spotlights with colors.";
     "homage/lute", "Lute", "After the drawings of the first perspectives.";
     "effects/dispersion", "Dispersion", "Glass that bends blue more than red.";
     "spheres/flake_4", "Sphere flake", "7,381 mirror balls.";

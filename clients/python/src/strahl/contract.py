@@ -196,11 +196,11 @@ class CameraKey(TypedDict):
 class Checker(TypedDict):
     """Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space."""
 
-    # Colour of the even tiles.
+    # Color of the even tiles.
     a: Color
     # The axes that count. Default `"xz"`, a floor.
     axes: NotRequired[Axes]
-    # Colour of the odd tiles.
+    # Color of the odd tiles.
     b: Color
     # Edge of a tile in scene units, above 0. Default 1.
     size: NotRequired[float]
@@ -240,7 +240,7 @@ class CodeErrors(TypedDict):
     psnr: float | None
 
 
-# A colour: a grey number, linear [r, g, b], or sRGB "#rrggbb". No channel below 0.
+# A color: a grey number, linear [r, g, b], or sRGB "#rrggbb". No channel below 0.
 Color: TypeAlias = "float | list[float] | str"
 
 
@@ -386,7 +386,7 @@ class Difference(TypedDict):
     rms_codes: float
 
 
-# A colour, or a pattern: {"checker": {...}}, "gradient", "image" or "noise".
+# A color, or a pattern: {"checker": {...}}, "gradient", "image" or "noise".
 Diffuse: TypeAlias = "Color | dict[Literal['checker'], Checker] | dict[Literal['gradient'], Gradient] | dict[Literal['image'], ImageMap] | dict[Literal['noise'], Noise]"
 
 
@@ -395,11 +395,11 @@ class DirectionalLight(TypedDict):
 
     # How large it is in the sky; shadows get soft edges. Default: a point.
     area: NotRequired[AngularArea | None]
-    # Its colour. Default white.
+    # Its color. Default white.
     color: NotRequired[Color]
     # The direction its light travels in.
     direction: list[float]
-    # Factor on the colour, at least 0. Default 1.
+    # Factor on the color, at least 0. Default 1.
     intensity: NotRequired[float]
 
 
@@ -490,13 +490,13 @@ class Environment(TypedDict):
     # `"data:image/png;base64,..."`, or the name of a file beside the scene. Its middle is seen in direction -z, its
     # upper edge in direction +y.
     image: NotRequired[str | None]
-    # Factor on its colours, at least 0. Default 1.
+    # Factor on its colors, at least 0. Default 1.
     intensity: NotRequired[float]
     # Whether it lights surfaces. Default `"none"`.
     light: NotRequired[EnvironmentLight]
     # Turns it around the y axis, in degrees, counter-clockwise seen from above, -360 to 360. Default 0.
     rotate_deg: NotRequired[float]
-    # A clear sky over dull ground: `{}` for its colours by day.
+    # A clear sky over dull ground: `{}` for its colors by day.
     sky: NotRequired[Sky | None]
     # A photographer's studio with bright walls and soft panels of light: `{}`.
     studio: NotRequired[Studio | None]
@@ -664,7 +664,7 @@ class Figures(TypedDict):
 
 
 class Film(TypedDict):
-    """How the light of a picture becomes the colours of its file. Light itself does not change, nor what is proved
+    """How the light of a picture becomes the colors of its file. Light itself does not change, nor what is proved
     about it."""
 
     # What the camera sees where nothing is. Default: the scene's background.
@@ -708,7 +708,7 @@ Fixed: TypeAlias = "dict[str, Any]"
 
 class Fog(TypedDict):
     """Fog outside of all closed bodies that transmit light. Over a length d it lets exp(-density d) of the light
-    pass and replaces the rest by its own colour. Rays that hit nothing pass through all of it, so fog without
+    pass and replaces the rest by its own color. Rays that hit nothing pass through all of it, so fog without
     falloff hides the background. Fog affects camera, reflected and transmitted rays, but not the light from
     lights to surfaces."""
 
@@ -784,7 +784,7 @@ class FrameReport(TypedDict):
 Fresnel: TypeAlias = "Literal['none'] | Literal['dielectric'] | Literal['conductor']"
 
 
-# A colour that changes evenly from one point of object space to another, and is constant beyond them.
+# A color that changes evenly from one point of object space to another, and is constant beyond them.
 Gradient = TypedDict('Gradient', {
     'a': 'Color',
     'b': 'Color',
@@ -1210,11 +1210,11 @@ class Material(TypedDict):
     # of the light pass. Lengths are in world space, so a larger instance is darker. Where bodies overlap the
     # smaller one decides. Shadow rays are absorbed if `render.shadows` is `"transmissive"`. Default 0.
     absorption: NotRequired[Color]
-    # k_a, factor on the scene's ambient light. Default: the diffuse colour.
+    # k_a, factor on the scene's ambient light. Default: the diffuse color.
     ambient: NotRequired[Diffuse | None]
     # Bumps on the surface. Default: none.
     bump: NotRequired[Bump | None]
-    # k_d, a colour or a texture. Default 0.8 grey.
+    # k_d, a color or a texture. Default 0.8 grey.
     diffuse: NotRequired[Diffuse]
     # Mean dispersion n_F - n_C, the difference of the indices of blue (486.1 nm) and red light (656.3 nm), 0 to
     # 0.2; `ior` is that of yellow light (587.6 nm). Crown glass has 0.008, flint 0.026, diamond 0.025. Default 0.
@@ -1281,7 +1281,7 @@ class MeasuredErrors(TypedDict):
 class Mesh(TypedDict):
     """Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body."""
 
-    # Colours, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity`
+    # Colors, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity`
     # of a `pbr` material; others ignore them.
     colors: NotRequired[list[list[float]] | None]
     # Three indices of vertices each, from 0.
@@ -1375,12 +1375,12 @@ class Nodes(TypedDict):
 
 
 class Noise(TypedDict):
-    """Clouds between two colours: Perlin's gradient noise (2002) in object space. Each octave has half the size and
+    """Clouds between two colors: Perlin's gradient noise (2002) in object space. Each octave has half the size and
     half the strength of the one before."""
 
-    # Colour where the noise is lowest.
+    # Color where the noise is lowest.
     a: Color
-    # Colour where the noise is highest.
+    # Color where the noise is highest.
     b: Color
     # Octaves, 1 to 12. Default 4.
     octaves: NotRequired[int]
@@ -1549,7 +1549,7 @@ class Pbr(TypedDict):
 
     # What a closed body absorbs. Default: nothing.
     attenuation: NotRequired[Attenuation | None]
-    # Colour of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh
+    # Color of what is scattered, or of a metal's reflection, 0 to 1 in each channel. The `colors` of a mesh
     # multiply it. Default white.
     base_color: NotRequired[ColorChannel]
     # Strength of a layer of lacquer over all, 0 to 1. Default 0.
@@ -1586,16 +1586,16 @@ class Pbr(TypedDict):
     shadow_catcher: NotRequired[bool]
     # Strength of a dielectric's reflection, 0 to 1. Default 1.
     specular: NotRequired[NumberChannel]
-    # Colour of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected
+    # Color of a dielectric's reflection at normal incidence, on which it is a factor: above 1 more is reflected
     # than `ior` says, at most all. Default white.
     specular_color: NotRequired[ColorChannel]
     # Whether the surface is a thin sheet that does not bend light, also if its mesh is closed. Default false.
     thin: NotRequired[bool]
-    # The share of what a dielectric does not mirror that passes through it, coloured by `base_color`; the rest is
+    # The share of what a dielectric does not mirror that passes through it, colored by `base_color`; the rest is
     # scattered. Default 0.
     transmission: NotRequired[NumberChannel]
     # Whether the surface shows `base_color` whatever the light is, and nothing else. A film with
-    # `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colours fade
+    # `"khronos_pbr_neutral"` shows it as it is, also if it is exposed, up to the code 226; brighter colors fade
     # with all others. Default false.
     unlit: NotRequired[bool]
 
@@ -1780,11 +1780,11 @@ class PointLight(TypedDict):
 
     # The area it shines from, around its position; shadows get soft edges. Default: a point.
     area: NotRequired[Area | None]
-    # Its colour. Default white.
+    # Its color. Default white.
     color: NotRequired[Color]
     # How it fades with distance. Default: not at all.
     falloff: NotRequired[Falloff]
-    # Factor on the colour, at least 0. Default 1.
+    # Factor on the color, at least 0. Default 1.
     intensity: NotRequired[float]
     # Where it stands.
     position: list[float]
@@ -2351,7 +2351,7 @@ class Side(TypedDict):
 
 
 class Sky(TypedDict):
-    """A sky: its colour changes from the horizon to the zenith. Below the horizon is ground of one colour."""
+    """A sky: its color changes from the horizon to the zenith. Below the horizon is ground of one color."""
 
     # Radiance below the horizon. Default `"#8c8780"`.
     ground: NotRequired[Color]
@@ -2407,7 +2407,7 @@ class SpotLight(TypedDict):
 
     # The area it shines from, around its position; shadows get soft edges. Default: a point.
     area: NotRequired[Area | None]
-    # Its colour. Default white.
+    # Its color. Default white.
     color: NotRequired[Color]
     # The direction of its axis.
     direction: list[float]
@@ -2415,7 +2415,7 @@ class SpotLight(TypedDict):
     falloff: NotRequired[Falloff]
     # Angle between axis and the edge of the fully lit cone in degrees, 0 to 90. Default 0.
     inner_deg: NotRequired[float]
-    # Factor on the colour, at least 0. Default 1.
+    # Factor on the color, at least 0. Default 1.
     intensity: NotRequired[float]
     # Angle between axis and the edge of the light in degrees, above 0, at most 90 and at least `inner_deg`. Default
     # 45.

@@ -140,7 +140,7 @@ fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         true if facts.world.rules.max_depth == 1 => {
             Said::asked_at("max_depth is 1: only camera rays are followed", because)
         }
-        true => Said::asked_at("all diffuse colours are black: there is nothing to gather", because),
+        true => Said::asked_at("all diffuse colors are black: there is nothing to gather", because),
     }
 }
 
@@ -169,7 +169,7 @@ fn environment_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     Said::off(match facts.description.environment {
         None => "the scene has no environment",
         Some(_) if facts.description.render.fidelity == d::Fidelity::Fast => "fidelity is \"fast\"",
-        Some(_) => "the environment has one colour, is hidden or is behind fog: no direction is brighter",
+        Some(_) => "the environment has one color, is hidden or is behind fog: no direction is brighter",
     })
 }
 

@@ -98,13 +98,13 @@ fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         true if facts.description.render.color_bleeding => {
             Said::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
         }
-        true => Said::asked_at("no surface has a colour for it", "/ambient"),
-        false if on => Said::asked_at("the environment has one colour: it is ambient light", "/environment/light"),
+        true => Said::asked_at("no surface has a color for it", "/ambient"),
+        false if on => Said::asked_at("the environment has one color: it is ambient light", "/environment/light"),
         false => Said::off("ambient is 0"),
     }
 }
 
-/// Whether a colour of the description is more than black anywhere.
+/// Whether a color of the description is more than black anywhere.
 fn is_colored(diffuse: &Diffuse) -> bool {
     match diffuse {
         Diffuse::Uniform(color) => is_some(*color),
@@ -127,12 +127,12 @@ fn diffuse_materials<R: Real>() -> OfMaterial<R> {
         },
         follows: false,
         on: "surfaces scatter the lights",
-        removed: "the colours are too dark for single precision, or all of it is metal",
-        off: "no material has a diffuse colour",
+        removed: "the colors are too dark for single precision, or all of it is metal",
+        off: "no material has a diffuse color",
     }
 }
 
-/// Ambient light keeps the colour that it had.
+/// Ambient light keeps the color that it had.
 fn forget_diffuse<R: Real>(material: &mut Material<R>) {
     let diffuse = std::mem::replace(&mut material.diffuse, BaseColor::Uniform(black()));
     material.ambient.get_or_insert(diffuse);
@@ -282,7 +282,7 @@ fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         Some(_) if facts.world.fog.is_some() => {
             Said::asked_at("fog hides it: it is infinitely far away", "/environment")
         }
-        Some(_) => Said::asked_at("it has one colour: it is a background", "/environment"),
+        Some(_) => Said::asked_at("it has one color: it is a background", "/environment"),
     }
 }
 
@@ -306,7 +306,7 @@ fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         ),
         Some(environment) if environment.intensity == 0.0 => Said::asked_at("its intensity is 0: it is black", at),
         Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", at),
-        Some(_) => Said::asked_at("it has one colour: it is ambient light", at),
+        Some(_) => Said::asked_at("it has one color: it is ambient light", at),
     }
 }
 

@@ -173,7 +173,7 @@ impl<R: Real> OfMaterial<R> {
     }
 }
 
-/// Whether a colour of the description is more than black.
+/// Whether a color of the description is more than black.
 pub(super) fn is_some(color: d::Color) -> bool {
     color.0.max_element() > 0.0
 }

@@ -21,9 +21,9 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 asks: |material| color_that(material, |color| matches!(color, Diffuse::Checker(_))),
                 shows: |material, _| is_checker(&material.diffuse) || material.ambient.as_ref().is_some_and(is_checker),
                 follows: false,
-                on: "colours depend on the place",
-                removed: "its two colours are the same, or no light shows them",
-                off: "no colour is a checkerboard",
+                on: "colors depend on the place",
+                removed: "its two colors are the same, or no light shows them",
+                off: "no color is a checkerboard",
             },
         )
         .without(|world| world.materials.iter_mut().for_each(forget_checkers)),
@@ -33,9 +33,9 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 asks: |material| color_that(material, |color| matches!(color, Diffuse::Gradient(_))),
                 shows: |material, _| has_pattern(material, is_gradient),
                 follows: false,
-                on: "colours change from point to point",
-                removed: "its two colours are the same, or no light shows them",
-                off: "no colour is a gradient",
+                on: "colors change from point to point",
+                removed: "its two colors are the same, or no light shows them",
+                off: "no color is a gradient",
             },
         )
         .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_gradient))),
@@ -45,9 +45,9 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 asks: |material| color_that(material, |color| matches!(color, Diffuse::Noise(_))),
                 shows: |material, _| has_pattern(material, is_noise),
                 follows: false,
-                on: "colours are clouds of noise",
-                removed: "its two colours are the same, or no light shows them",
-                off: "no colour is noise",
+                on: "colors are clouds of noise",
+                removed: "its two colors are the same, or no light shows them",
+                off: "no color is noise",
             },
         )
         .without(|world| world.materials.iter_mut().for_each(|material| forget_patterns(material, is_noise))),
@@ -61,8 +61,8 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
                 shows: |material, _| has_pattern(material, is_image) || has_pictures(material),
                 follows: false,
                 on: "pictures lie on surfaces, filtered by the footprint of each ray",
-                removed: "the picture has one colour, or no light shows it",
-                off: "no colour is a picture",
+                removed: "the picture has one color, or no light shows it",
+                off: "no color is a picture",
             },
         )
         .without(|world| {
@@ -133,7 +133,7 @@ fn has_pictures<R>(material: &Material<R>) -> bool {
     material.pbr.as_ref().is_some_and(|pbr| !pbr.pictures.is_empty())
 }
 
-/// The key of a colour that passes a test.
+/// The key of a color that passes a test.
 fn color_that(material: &Described, test: impl Fn(&Diffuse) -> bool) -> Option<&'static str> {
     if test(&material.diffuse) {
         return Some("diffuse");
@@ -175,7 +175,7 @@ fn has_bumps<R>(material: &Material<R>, test: fn(&BumpMap) -> bool) -> bool {
     [&textures.bump, &textures.lacquer].into_iter().flatten().any(test)
 }
 
-/// Checkers become the mean of their two colours.
+/// Checkers become the mean of their two colors.
 fn forget_checkers<R: Real>(material: &mut Material<R>) {
     for color in [Some(&mut material.diffuse), material.ambient.as_mut()].into_iter().flatten() {
         if let BaseColor::Checker { a, b, .. } = *color {

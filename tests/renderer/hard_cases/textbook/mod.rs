@@ -55,7 +55,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// Matt and of one colour: what is seen.
+    /// Matt and of one color: what is seen.
     pub fn seen(shape: Shape, glow: f64) -> Self {
         Self { shape, glow, diffuse: 0.0, mirror: 0.0, clear: 0.0, ior: 1.0 }
     }

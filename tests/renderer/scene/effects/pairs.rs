@@ -239,7 +239,7 @@ fn of_surfaces() -> Vec<Trap> {
     ];
     let mut traps = Vec::new();
     for (effect, pattern, kind) in patterns {
-        // Of one colour, and where no light shows it.
+        // Of one color, and where no light shows it.
         let asked = json!({ "materials": { "m": { "diffuse": { kind: { "b": 0.5 } } } } });
         let mut whole = json!({ "materials": { "m": { "diffuse": null } } });
         change(&mut whole, &json!({ "materials": { "m": { "diffuse": pattern } } }));

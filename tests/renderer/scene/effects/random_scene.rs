@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::io::Cursor;
 use std::sync::LazyLock;
 
-/// Pictures of two colours, of one, and a flat normal map.
+/// Pictures of two colors, of one, and a flat normal map.
 static IMAGES: LazyLock<[String; 3]> = LazyLock::new(|| {
     [
         RgbImage::from_fn(4, 4, |x, y| Rgb([(x * 60) as u8, (y * 60) as u8, 200])),
@@ -32,7 +32,7 @@ fn one_of(r: &mut Random, values: &[Value]) -> Value {
     values[r.below(values.len())].clone()
 }
 
-/// A colour that is black more often than chance would have it.
+/// A color that is black more often than chance would have it.
 fn gray(r: &mut Random) -> Value {
     if r.below(3) == 0 { json!(0) } else { json!(r.between(0.1, 0.9)) }
 }

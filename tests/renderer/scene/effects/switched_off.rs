@@ -37,7 +37,7 @@ fn each_object_of(scene: &mut Value, mut change: impl FnMut(&str, &mut Value)) {
     }
 }
 
-/// The colour in the place of one of a kind.
+/// The color in the place of one of a kind.
 fn plain(color: &mut Value, kind: &str, image: &Value) {
     let Some(texture) = color.get(kind) else { return };
     *color = if kind == "image" {
@@ -50,7 +50,7 @@ fn plain(color: &mut Value, kind: &str, image: &Value) {
     };
 }
 
-/// Red, green and blue of a colour.
+/// Red, green and blue of a color.
 fn rgb(color: &Value) -> [f64; 3] {
     let color: Color = serde_json::from_value(color.clone()).unwrap();
     color.0.to_array()
@@ -116,7 +116,7 @@ fn switch_off(scene: &mut Value, effect: Effect) -> bool {
             let kind = effect.name().trim_end_matches("_texture");
             each_material(scene, |material| {
                 for key in ["diffuse", "ambient"] {
-                    // The colour of the picture of one colour.
+                    // The color of the picture of one color.
                     plain(&mut material[key], kind, &json!("#ff00ff"));
                 }
             });
@@ -250,14 +250,14 @@ fn what_is_taken_out_of_a_built_scene_is_gone() {
                 continue;
             }
             let (here, there) = (pixels(&scene), pixels(&loaded(&other).scene));
-            // The mean of two colours is rounded before or after, and what moves has coordinates of its own.
+            // The mean of two colors is rounded before or after, and what moves has coordinates of its own.
             let rounds = [Effect::CheckerTexture, Effect::MotionBlur].contains(&entry.effect);
             let off = |(a, b): (&[f32; 3], &[f32; 3])| {
                 (0..3).any(|c| if rounds { (a[c] - b[c]).abs() > 1e-4 * a[c].max(1.0) } else { a[c] != b[c] })
             };
             // At edges roundings are seen.
             let many = if rounds { here.len() / 16 } else { 0 };
-            // The mean of a picture is not that of its colour in the description.
+            // The mean of a picture is not that of its color in the description.
             if entry.effect != Effect::ImageTexture && here.iter().zip(&there).filter(|pair| off(*pair)).count() > many
             {
                 wrong.push(format!("without {}", entry.effect.name()));
