@@ -101,7 +101,7 @@ fn loss(choices: &Choices, choice: &Choice) -> String {
     if let (Some(codes), Some(most)) = (choice.codes(), choice.most_codes())
         && Seen::of(most) > Seen::of(codes).max(Seen::Flicker)
     {
-        text.push_str(&format!(" (fewer than 1 pixel in 1000 is off by more, up to {})", figure(most)));
+        text.push_str(&format!(" (but for fewer than 1 pixel in 1000, up to {} off)", figure(most)));
     }
     text
 }
@@ -362,7 +362,7 @@ mod tests {
         all.all[0].difference = Some(difference(1.0, 240.0));
         assert_eq!(
             loss(&all, &all.all[0]),
-            ", and nothing you can see is missing (fewer than 1 pixel in 1000 is off by more, up to 240)"
+            ", and nothing you can see is missing (but for fewer than 1 pixel in 1000, up to 240 off)"
         );
     }
 

@@ -122,7 +122,13 @@ pub(crate) async fn work(
 /// Connects, and waits until a front has made the queues.
 async fn open(settings: &NodeSettings, farm: &FarmSettings, paint: Paint) -> Result<Arc<Node>, StartError> {
     let name = settings.name();
-    let store = farm.store.as_deref().ok_or_else(|| StartError::Settings("--store is needed".into()))?;
+    let store = farm.store.as_deref().ok_or_else(|| {
+        let needed = match farm.farm {
+            Some(_) => "--store is needed: the address of the farm's store",
+            None => "--farm and --store are needed: the addresses of the farm's NATS servers and of its store",
+        };
+        StartError::Settings(needed.into())
+    })?;
     let store = Objects::open(store).await?;
     let broker = Broker::connect(farm, &format!("strahl node {name}")).await?;
     let results = Results::open(&broker).await.map_err(StartError::Machine)?;
