@@ -4,8 +4,10 @@ use super::failure::Failure;
 use super::output;
 use super::scene_args::{ModelArgs, SceneArgs};
 use super::scene_file::SceneFile;
+use super::values::word;
 use clap::Args;
 use std::path::PathBuf;
+use strahl::scene::description::Fidelity;
 use strahl::scene::nff::{NffOptions, read_nff};
 use strahl::scene::problem::{Code, Problem, Problems};
 use strahl::scene::recognise::{Recognised, recognise};
@@ -25,6 +27,9 @@ pub(super) struct ImportArgs {
     /// Follow the counting rules of the Standard Procedural Databases: 513 x 513 corner rays, depth 5 (NFF only).
     #[arg(long)]
     spd_counts: bool,
+    /// How light gets from everywhere to surfaces: fast, or faithful, by rays, with a soft key light [default: fast].
+    #[arg(long, value_name = "FIDELITY", value_parser = word::<Fidelity>(), hide_possible_values = true)]
+    fidelity: Option<Fidelity>,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -38,8 +43,8 @@ pub(super) fn run(args: &ImportArgs) -> Result<(), Failure> {
 }
 
 fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
-    let overrides = Overrides { model: args.model.options(), ..Overrides::default() };
-    let imported = match file.format.model().or_else(|| file.hidden_model()) {
+    let overrides = Overrides { model: args.model.options(), fidelity: args.fidelity, ..Overrides::default() };
+    let mut imported = match file.format.model().or_else(|| file.hidden_model()) {
         Some(kind) => model::import(kind, &file.bytes, &overrides, file.files())?,
         None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides)?,
         None if file.format == Format::Nff && recognise(&file.bytes) != Recognised::Json => {
@@ -53,7 +58,9 @@ fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
             return Err(Problems::one(Problem::new("", Code::OtherFormat, what)));
         }
     };
-    for warning in &imported.description.import_warnings {
+    overrides.apply(&mut imported.description);
+    let fidelity = imported.description.render.fidelity;
+    for warning in imported.description.import_warnings.iter().filter(|warning| warning.holds_for(fidelity)) {
         output::say(&format!("warning: {}: {}", file.name, warning.detail));
     }
     Ok(imported.description)

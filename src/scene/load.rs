@@ -227,7 +227,7 @@ fn load_json<E>(
             let checked = checked.map_err(|error| overrides.located(json, meant(&description, error)));
             let (pictures, mut warnings) = checked?;
             overrides.locate(json, &mut warnings);
-            warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
+            warnings.splice(0..0, description.warnings_of_models());
             // Only definitions can still become too large, when they are expanded.
             let text = (!whole.definitions.is_empty()).then_some(text);
             let built = steps.build(&whole, NffOptions::default(), pictures, warnings, known);

@@ -93,7 +93,9 @@ impl Problem {
         Self::new(
             pointer,
             Code::MissingAsset,
-            format!("{SCHEME}{hash} is not here: send it with PUT /v1/assets/{hash}"),
+            format!(
+                "{SCHEME}{hash} is not here: send it to a service with PUT /v1/assets/{hash}; for the command it is a file of that name, {hash}, beside the scene"
+            ),
         )
     }
 

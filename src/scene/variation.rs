@@ -53,7 +53,7 @@ pub fn vary_with<E>(
     let known = Some(Original { description: &known, scene: original.scene });
     let checked = steps.checked(&whole, files, accept, known).map_err(|error| meant(&description, error));
     let (pictures, mut warnings) = checked?;
-    warnings.splice(0..0, description.models.get().into_iter().flat_map(|models| models.warnings.clone()));
+    warnings.splice(0..0, description.warnings_of_models());
     let nff = NffOptions::default();
     let built = steps.build(&whole, nff, pictures, warnings, known);
     let scene = built.map_err(|problems| meant(&description, NotLoaded::Problems(problems)))?;

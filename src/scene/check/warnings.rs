@@ -35,6 +35,12 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new(DARK, Code::Degenerate, detail));
     }
+    let mut catchers = description.materials.values().filter_map(|material| material.pbr.as_ref());
+    if description.render.max_depth == Some(1) && catchers.any(|pbr| pbr.shadow_catcher) {
+        let detail =
+            "chains of one ray end at the floor that shows shadows, so it is black: 2 and more show what is behind it";
+        warnings.push(Problem::new("/render/max_depth", Code::Degenerate, detail));
+    }
     let transmits = |name: &Option<String>| {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
         material.is_some_and(|m| match &m.pbr {
@@ -108,8 +114,7 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, descript
 /// What was said of the model that the scene was made of.
 fn of_import(description: &Description) -> impl Iterator<Item = Problem> {
     let fidelity = description.render.fidelity;
-    let holds =
-        description.import_warnings.iter().filter(move |warning| warning.fidelity.is_none_or(|it| it == fidelity));
+    let holds = description.import_warnings.iter().filter(move |warning| warning.holds_for(fidelity));
     // A pointer would be one into another file than the scene's.
     holds.map(|warning| Problem::new("", warning.code.into(), warning.detail.clone()))
 }

@@ -292,6 +292,8 @@ impl Scene {
             entry.because.dedup();
         }
         self.warnings.iter_mut().for_each(|warning| _ = models.place(&mut warning.pointer));
+        // Many materials of a model are one place of the text.
+        self.warnings = Problems(std::mem::take(&mut self.warnings)).each_once().0;
     }
 }
 

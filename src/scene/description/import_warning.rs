@@ -18,3 +18,10 @@ pub struct ImportWarning {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<Fidelity>,
 }
+
+impl ImportWarning {
+    /// Whether it holds for pictures of a fidelity.
+    pub fn holds_for(&self, fidelity: Fidelity) -> bool {
+        self.fidelity.is_none_or(|of| of == fidelity)
+    }
+}

@@ -3,7 +3,7 @@
 use super::object::{Motion, Object, Transform};
 use super::picture_names::PictureNames;
 use super::sameness::{are_same, are_same_definitions};
-use super::{Description, Material};
+use super::{Description, Fidelity, Material};
 use crate::models::Which;
 use crate::scene::named::{self, Named};
 use crate::scene::problem::Problem;
@@ -82,8 +82,8 @@ pub(in crate::scene) struct ModelBodies {
     pub(in crate::scene) materials: Named<Material>,
     /// What pointers mean that are not in the text, by what they begin with.
     pub(in crate::scene) places: HashMap<String, ModelPlace>,
-    /// What of the models is approximated or left out.
-    pub(in crate::scene) warnings: Vec<Problem>,
+    /// What of the models is approximated or left out, and with which fidelity if not with each: models are kept for all.
+    pub(in crate::scene) warnings: Vec<(Problem, Option<Fidelity>)>,
     /// What the models call their pictures.
     pub(in crate::scene) pictures: PictureNames,
     /// Whether any was a file whose content may change.
@@ -100,6 +100,12 @@ pub(in crate::scene) struct ModelPlace {
 }
 
 impl ModelBodies {
+    /// What is approximated or left out with a fidelity.
+    pub(in crate::scene) fn warnings(&self, fidelity: Fidelity) -> impl Iterator<Item = Problem> {
+        let holds = move |(_, of): &&(Problem, Option<Fidelity>)| of.is_none_or(|of| of == fidelity);
+        self.warnings.iter().filter(holds).map(|(warning, _)| warning.clone())
+    }
+
     /// Turns a pointer into the scene with instances into one into the scene's text; whether it had to.
     pub(in crate::scene) fn place(&self, pointer: &mut String) -> bool {
         // Names of what is in a file begin with that of its model.
@@ -154,6 +160,11 @@ impl Description {
     pub fn lacks_models(&self) -> bool {
         let any = |objects: &Vec<Object>| objects.iter().any(is_or_has_model);
         self.models.get().is_none() && (any(&self.objects) || self.definitions.values().any(any))
+    }
+
+    /// What of its models is approximated or left out.
+    pub(in crate::scene) fn warnings_of_models(&self) -> Vec<Problem> {
+        self.models.get().map_or_else(Vec::new, |models| models.warnings(self.render.fidelity).collect())
     }
 
     /// Whether it places models, and they have been read.

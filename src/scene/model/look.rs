@@ -219,7 +219,7 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
         warnings.push(warning(Subject::Approximated, "colors", detail));
     }
     if model.materials.iter().any(|material| material.unlit) && !is_unlit(model) {
-        let detail = "beside lit materials, unlit colors of more than 226 pass the tone curve, and fade";
+        let detail = "beside lit materials, unlit colors of more than 226 fade, unless tone is none";
         warnings.push(warning(Subject::Approximated, "unlit", detail));
     }
 }

@@ -30,7 +30,6 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     let mut reader = Reader {
         files,
         prefix: free_prefix(description),
-        fidelity: description.render.fidelity,
         known: Vec::new(),
         definitions: Named::default(),
         materials: Named::default(),
@@ -71,13 +70,12 @@ fn free_prefix(description: &Description) -> String {
 struct Reader<'a> {
     files: &'a dyn Files,
     prefix: String,
-    fidelity: Fidelity,
     /// What has been read, and the definition that it is.
     known: Vec<(PlacedModel, String)>,
     definitions: Named<Vec<Object>>,
     materials: Named<Material>,
     places: HashMap<String, ModelPlace>,
-    warnings: Vec<Problem>,
+    warnings: Vec<(Problem, Option<Fidelity>)>,
     problems: Vec<Problem>,
     pictures: PictureNames,
     from_files: bool,
@@ -165,9 +163,7 @@ impl Reader<'_> {
         drop(bytes);
         self.room.take_model(&model, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
-        if self.fidelity == Fidelity::Fast {
-            warnings.extend(look::without_rays(&model));
-        }
+        let of_fast = look::without_rays(&model);
         let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
         let (mut materials, names, pictures) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
@@ -191,8 +187,10 @@ impl Reader<'_> {
         for list in ["/definitions", "/materials"] {
             self.places.insert(push_token(list, name), ModelPlace { meant: pointer.to_owned(), in_text: false });
         }
-        let at = |warning: Warning| Problem::new(pointer, warning.subject.into(), warning.to_string());
-        self.warnings.extend(warnings.into_iter().map(at));
+        let at =
+            |warning: Warning, fidelity| (Problem::new(pointer, warning.subject.into(), warning.to_string()), fidelity);
+        self.warnings.extend(warnings.into_iter().map(|warning| at(warning, None)));
+        self.warnings.extend(of_fast.into_iter().map(|warning| at(warning, Some(Fidelity::Fast))));
         self.materials.extend(materials);
         self.definitions.extend(definitions);
         self.definitions.insert(name.to_owned(), objects);

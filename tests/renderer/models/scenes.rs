@@ -36,6 +36,18 @@ fn the_printed_scene_is_the_model() {
     }
 }
 
+/// The floor passes light on, which takes a ray.
+#[test]
+fn a_floor_that_is_black_since_chains_end_there_is_warned_of() {
+    let bytes = file("tests/inputs/models/Box.glb");
+    let warns = |max_depth: u32| {
+        let overrides = Overrides { max_depth: Some(max_depth), ..Overrides::default() };
+        let scene = load(&bytes, Format::Gltf, &overrides).unwrap().scene;
+        scene.warnings.iter().any(|warning| warning.pointer == "/render/max_depth")
+    };
+    assert!(warns(1) && !warns(2));
+}
+
 /// As many characters as the schema allows, of two bytes each.
 #[test]
 fn warnings_of_a_scene_are_counted_in_characters() {

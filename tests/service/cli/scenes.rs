@@ -46,6 +46,23 @@ fn nff_is_imported_and_the_import_is_a_scene() {
     }
 }
 
+/// With the settings that decide what is written, too.
+#[test]
+fn an_imported_model_is_the_picture_of_the_model() {
+    let folder = folder("import-model");
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/models/Box.glb");
+    std::fs::copy(from, folder.join("box.glb")).unwrap();
+    for fidelity in ["fast", "faithful"] {
+        done(&folder, &["import", "box.glb", "--fidelity", fidelity, "-o", "box.json"], "");
+        let picture = |file: &str, flags: &[&str]| {
+            let args =
+                ["render", file, "-o", "-", "--format", "png", "--width", "40", "--height", "40", "--samples", "4"];
+            done(&folder, &[&args, flags].concat(), "")
+        };
+        assert!(picture("box.json", &[]) == picture("box.glb", &["--fidelity", fidelity]), "{fidelity}");
+    }
+}
+
 #[test]
 fn validation_reports_every_problem() {
     let folder = folder("validate");

@@ -297,3 +297,44 @@ fn another_view_of_a_model_is_the_same_bytes_as_a_first_one() {
         }
     }
 }
+
+/// A triangle that glows, as a glTF in one file.
+fn lamp() -> Vec<u8> {
+    let places: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    json!({
+        "asset": { "version": "2.0" },
+        "extensionsUsed": ["KHR_materials_emissive_strength"],
+        "buffers": [{ "byteLength": 36, "uri": format!("data:application/octet-stream;base64,{}", BASE64.encode(&places)) }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "materials": [{
+            "emissiveFactor": [1, 1, 1],
+            "doubleSided": true,
+            "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 5 } },
+        }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+        "nodes": [{ "mesh": 0 }],
+        "scenes": [{ "nodes": [0] }],
+        "scene": 0,
+    })
+    .to_string()
+    .into_bytes()
+}
+
+/// A model is kept for all, whoever asks first; what is left out of it depends on the fidelity.
+#[test]
+fn warnings_of_a_model_are_those_of_the_fidelity_that_is_asked_for() {
+    let bytes = lamp();
+    for order in [["fast", "faithful", "fast"], ["faithful", "fast", "faithful"]] {
+        let service = Service::start(&[]);
+        assert_eq!(put(&service, &bytes).status, 201);
+        for fidelity in order {
+            let path = format!("/v1/render?format=png&samples=1&fidelity={fidelity}");
+            let answer = service.post_json(&path, &scene(&json!([model(&bytes)])));
+            assert_eq!(answer.status, 200, "{}", answer.text());
+            let warnings = answer.header("render-warnings");
+            assert_eq!(warnings.contains("emissive-light"), fidelity == "fast", "{order:?} {fidelity}: {warnings}");
+        }
+    }
+}
