@@ -4265,7 +4265,7 @@ export interface components {
             dzi: string;
             /** @description The description of the image for IIIF. */
             iiif: string;
-            /** @description The picture as a PNG. */
+            /** @description The picture as a PNG, or where it has more pixels than one answer may have, a small one. */
             image: string;
             /** @description The scene's canonical text. */
             self: string;
@@ -6757,7 +6757,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The preview; its revision is its ETag */
+            /** @description The preview. `Preview-Revision` is its number, for `after` */
             200: {
                 headers: {
                     [name: string]: unknown;

@@ -146,7 +146,7 @@ fn broken_fog_is_refused() {
         (json!({ "density": -1 }), "/fog/density"),
         (json!({ "density": 1e16 }), "/fog/density"),
         (json!({ "density": 1, "color": [1, -1, 1] }), "/fog/color"),
-        (json!({ "density": 1, "color": 1 }), "/fog/color"),
+        (json!({ "density": 1, "colour": 1 }), "/fog/colour"),
         (json!({ "density": 1, "height": {} }), "/fog/height"),
         (json!({ "density": 1, "height": { "falloff": 0 } }), "/fog/height/falloff"),
         (json!({ "density": 1, "height": { "falloff": 1, "base": 1e16 } }), "/fog/height/base"),

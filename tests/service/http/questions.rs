@@ -157,9 +157,11 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
     assert!(plan["estimate"]["rays"].as_u64().unwrap() > 384 * 256, "{plan}");
 
     let huge = image(12);
-    for path in ["explain", "map", "map?of=object"] {
+    for path in ["map", "map?of=object", "explain?analyze=true"] {
         service.get(&format!("/v1/images/{huge}/{path}")).problem(413, "cost-limit");
     }
+    // A plan takes a pilot, whatever the picture takes.
+    assert_eq!(service.get(&format!("/v1/images/{huge}/explain")).status, 200);
     assert_eq!(service.get(&format!("/v1/images/{huge}/tree?x=100000&y=60000")).status, 200);
     service.get(&format!("/v1/images/{whole}/tree?x=48&y=0")).problem(400, "invalid-parameter");
     service.get(&format!("/v1/images/{whole}/tree?x=0&y=0&format=overlay")).problem(400, "invalid-parameter");

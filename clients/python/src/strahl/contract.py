@@ -1281,8 +1281,8 @@ class MeasuredErrors(TypedDict):
 class Mesh(TypedDict):
     """Triangles over shared vertices; fronts see their corners counter-clockwise. The fronts bound one body."""
 
-    # Colors, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity`
-    # of a `pbr` material; others ignore them.
+    # Colors, linear red, green, blue and alpha for each vertex, 0 to 1. They multiply `base_color` and `opacity` of
+    # a `pbr` material; others ignore them.
     colors: NotRequired[list[list[float]] | None]
     # Three indices of vertices each, from 0.
     faces: list[list[int]]
@@ -2222,7 +2222,7 @@ class SceneLinks(TypedDict):
     dzi: str
     # The description of the image for IIIF.
     iiif: str
-    # The picture as a PNG.
+    # The picture as a PNG, or where it has more pixels than one answer may have, a small one.
     image: str
     # The scene's canonical text.
     self: str
