@@ -160,6 +160,8 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
     for path in ["map", "map?of=object", "explain?analyze=true"] {
         service.get(&format!("/v1/images/{huge}/{path}")).problem(413, "cost-limit");
     }
+    let links = &service.post_json("/v1/scenes?zoom=12", BALL).json()["links"];
+    assert_eq!(service.get(links["image"].as_str().unwrap()).picture().width(), 1_024, "{links}");
     // A plan takes a pilot, whatever the picture takes.
     assert_eq!(service.get(&format!("/v1/images/{huge}/explain")).status, 200);
     assert_eq!(service.get(&format!("/v1/images/{huge}/tree?x=100000&y=60000")).status, 200);
