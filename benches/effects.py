@@ -6,8 +6,8 @@
     python3 benches/effects.py --record     # and the figures in benches/effects.json
 
 Time is that of the trace phase on all cores, as the median of interleaved rounds. "At equal samples" compares what one
-sample costs; "as asked" is the whole picture with the samples that the scene gets by itself (one, or 64 where it calls for
-choices), without antialiasing.
+sample costs; "as asked" is the whole picture with the samples that the scene gets by itself (one, or where it
+calls for choices as many as the error of each pixel asks for), without antialiasing.
 """
 
 import argparse
