@@ -133,8 +133,10 @@ fn summarise(reports: &[Report], [width, height]: [u32; 2]) {
     let rays: u64 = reports.iter().map(|report| report.cost.rays.total()).sum();
     let trace_ms: f64 = reports.iter().map(|report| report.cost.phases_ms.trace).sum();
     // Where nothing is proved, the error may be any.
-    let codes = |report: &&Report| report.error.proved.proof.as_ref().map_or(u8::MAX, |proof| proof.max_codes);
-    let worst = reports.iter().rev().max_by_key(codes);
+    let codes = |report: &Report| report.error.proved.proof.as_ref().map_or(u8::MAX, |proof| proof.max_codes);
+    // Of equals, one that is compared with less.
+    let worst =
+        reports.iter().rev().max_by_key(|report| (codes(report), report.error.proved.reach.max_depth.is_some()));
     let bound =
         worst.map_or_else(String::new, |report| format!("; of the worst frame {}", report.error.proved.in_words()));
     let count = reports.len();

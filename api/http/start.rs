@@ -66,7 +66,7 @@ pub(crate) fn run(
     let app = open(threads, http, settings, farm, store, &mut folders)?;
     let courier = courier(&app);
     let served = runtime.block_on(async {
-        if http.admin_listen == Some(http.listen) && http.listen.port() != 0 {
+        if http.admin_listen.is_some_and(|admin| overlap(http.listen, admin)) {
             let both = "--listen and --admin-listen are the same address: give each its own port";
             return Err(StartError::Settings(both.into()));
         }
@@ -177,6 +177,12 @@ fn check_exposure(http: &HttpSettings) -> Result<(), StartError> {
          else keeps strangers out.",
         http.listen
     )))
+}
+
+/// Whether one listener would be in the way of the other.
+fn overlap(a: SocketAddr, b: SocketAddr) -> bool {
+    let any = a.ip().is_unspecified() || b.ip().is_unspecified();
+    a.port() == b.port() && a.port() != 0 && (any || a.ip() == b.ip())
 }
 
 fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {

@@ -19,6 +19,8 @@ use std::time::{Duration, Instant};
 /// Share of the blocks that are traced, but at least this many.
 const SHARE: f64 = 1.0 / 16.0;
 const LEAST_BLOCKS: f64 = 1_024.0;
+/// At most so many: to go through the blocks of a zoomed picture would take longer than the pilot.
+const MOST_BLOCKS: f64 = 1_048_576.0;
 /// Blocks that a thread takes at a time.
 const RUN: u32 = 16;
 /// One of this many runs is traced before the number of further runs is decided.
@@ -68,7 +70,7 @@ impl Survey {
         let is_cancelled = || control.stops();
         let is_late = |times: f64| started.elapsed() > effort.time.mul_f64(times) || is_cancelled();
         let all = f64::from(region.width.div_ceil(BLOCK)) * f64::from(region.height.div_ceil(BLOCK));
-        let cells = Cells::new(region, (all * SHARE).max(LEAST_BLOCKS));
+        let cells = Cells::new(region, (all * SHARE).clamp(LEAST_BLOCKS, MOST_BLOCKS));
         let probe = Probe::new(scene, control);
         let in_time = Control::until(Instant::now() + LONGEST.max(effort.time));
         let (runs, first) = (cells.count().div_ceil(RUN), cells.count().div_ceil(RUN * FIRST));

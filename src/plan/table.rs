@@ -67,6 +67,9 @@ impl Plan {
             let text =
                 format!("from {} of {} pixels ({share:.1} %){refined}", grouped(est.pilot_pixels), grouped(est.pixels));
             line(table, "", &text);
+            let shared = "rays count for each effect that they serve: those of antialiasing are among all, of total \
+                          reflection among the reflected ones";
+            line(table, "", shared);
             if est.unproved_pixels > 0 {
                 let pixels = grouped(est.unproved_pixels);
                 line(table, "proof", &format!("given up in about {pixels} pixels: {GIVEN_UP}"));
@@ -113,10 +116,7 @@ impl Plan {
                 act.share_ms.unwrap_or_default()
             );
         }
-        table.push_str(
-            "share: ms that its own rays took; saves: ms that the picture would save without it\n\
-             rays of total reflection are among the reflected ones, those of antialiasing among all\n",
-        );
+        table.push_str("share: ms that its own rays took; saves: ms that the picture would save without it\n");
     }
 }
 

@@ -306,6 +306,12 @@ impl Query {
         self.within(name, about, 0, MAX_PIXELS, None).unwrap_or(0)
     }
 
+    /// Whether something was wrong with a parameter.
+    pub(crate) fn is_refused(&self, parameter: &str) -> bool {
+        self.errors.iter().any(|error| error.parameter.as_deref() == Some(parameter))
+    }
+
+    /// Refuses a parameter.
     pub(crate) fn wrong(&mut self, parameter: &str, code: &'static str, detail: String) {
         let pointer = push_token(&self.place, parameter);
         let pointer = (!self.place.is_empty()).then(|| format!("#{}", fragment(&pointer)));

@@ -103,6 +103,7 @@ fn asked(query: &mut Query) -> Asked {
     let step = "A coarse map: one pixel is traced for each block of so many across and down, up to 64. Default 1.";
     let pointer = "For `of=share`: the object, such as `/objects/3`.";
     let of = query.word("of", of).unwrap_or_default();
+    let is_known = !query.is_refused("of");
     let is_seen = matches!(of, Of::Distance | Of::Object | Of::Share);
     let usual = match of {
         Of::Object => Format::Json,
@@ -115,7 +116,7 @@ fn asked(query: &mut Query) -> Asked {
         _ if is_seen => "pfm or exr",
         _ => "png, pfm or exr",
     };
-    if (format == Format::Json && of != Of::Object) || (format == Format::Png && is_seen) {
+    if is_known && ((format == Format::Json && of != Of::Object) || (format == Format::Png && is_seen)) {
         query.wrong("format", "out-of-range", format!("expected {formats} for this map"));
     }
     let step = query.count("step", step, COARSEST).unwrap_or(1);

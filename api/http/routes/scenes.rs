@@ -13,8 +13,12 @@ use axum::Extension;
 use axum::body::Bytes;
 use serde_json::json;
 use std::io::BufRead;
+use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
 use strahl::scene::{self, Format};
+
+/// Pixels across and down of a small picture.
+const SMALL: u64 = 1_024;
 
 pub(super) fn routes() -> Vec<Route> {
     let known = [Content::json::<KnownScene<'_>>()];
@@ -74,7 +78,7 @@ struct SceneLinks {
     /// The scene's canonical text.
     #[serde(rename = "self")]
     this: String,
-    /// The picture as a PNG, or where it has more pixels than one answer may have, a small one.
+    /// The picture as a PNG, or where it is more than one answer may be, a small one: at most 1,024 pixels across and down.
     image: String,
     /// The description of the image for IIIF.
     iiif: String,
@@ -95,10 +99,13 @@ async fn add(State(app): State<App>, request: Request) -> Result<Response, Probl
     let Remembered { ready, image: id, size: [width, height], estimate, is_new } = remembered;
     let image_id = id.to_string();
     let [iiif, dzi, xyz] = tiles_of(&image_id);
-    let is_whole = u64::from(width) * u64::from(height) <= app.service.settings.answers.max_pixels;
-    let image = match is_whole {
-        true => format!("/v1/images/{image_id}.png"),
-        false => format!("/iiif/3/{image_id}/full/!1024,1024/0/default.png"),
+    let limits = &app.service.settings.answers;
+    let image = match limits.check(Region::whole(width, height), ready.scene.samples) {
+        Ok(()) => format!("/v1/images/{image_id}.png"),
+        Err(_) => {
+            let side = limits.max_area(&ready.scene).isqrt().min(SMALL).min(width.max(height).into());
+            format!("/iiif/3/{image_id}/full/!{side},{side}/0/default.png")
+        }
     };
     let this = format!("/v1/scenes/{}", ready.scene_id);
     let location = [(header::LOCATION, this.clone())];

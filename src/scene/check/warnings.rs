@@ -35,12 +35,6 @@ pub(in crate::scene) fn warnings(description: &Description, known: Option<&[Prob
         let detail = "there is no light: only the background is visible";
         warnings.push(Problem::new(DARK, Code::Degenerate, detail));
     }
-    let mut catchers = description.materials.values().filter_map(|material| material.pbr.as_ref());
-    if description.render.max_depth == Some(1) && catchers.any(|pbr| pbr.shadow_catcher) {
-        let detail =
-            "chains of one ray end at the floor that shows shadows, so it is black: 2 and more show what is behind it";
-        warnings.push(Problem::new("/render/max_depth", Code::Degenerate, detail));
-    }
     let transmits = |name: &Option<String>| {
         let material = name.as_ref().and_then(|name| description.materials.get(name));
         material.is_some_and(|m| match &m.pbr {
@@ -106,6 +100,7 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, descript
         warnings.retain(|warning| warning.pointer != DARK);
     }
     warnings.extend(found_by_chance(description, world).take(limits::PROBLEMS.max as usize));
+    warnings.extend(black_floor(description, world));
     warnings.extend(too_far_away(description, world));
     warnings.extend(of_import(description));
     warnings.truncate(limits::PROBLEMS.max as usize);
@@ -134,6 +129,17 @@ fn found_by_chance<R: Real>(description: &Description, world: &World<R>) -> impl
                       miss. Triangles, quads, discs, boxes, meshes, and balls that are not in a group with a transform, all of one \
                       light and at rest, are looked for, but in fog";
         Problem::new(push_token("/materials", name), Code::Approximated, detail)
+    })
+}
+
+/// What shows shadows alone passes light on, which takes a ray.
+fn black_floor<R: Real>(description: &Description, world: &World<R>) -> Option<Problem> {
+    let mut materials = world.usage.materials.iter().zip(&world.materials);
+    let has_floor = materials.any(|(used, material)| used.anywhere && material.catches_shadows());
+    (has_floor && description.render.max_depth == Some(1)).then(|| {
+        let detail =
+            "chains of one ray end at the floor that shows shadows, so it is black: 2 and more show what is behind it";
+        Problem::new("/render/max_depth", Code::Degenerate, detail)
     })
 }
 

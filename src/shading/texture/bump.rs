@@ -77,15 +77,13 @@ impl ImageTexture {
         let texels = self.mipmap.texels_along(s, long).max(self.mipmap.texels_along(s, short));
         let level = self.mipmap.levels(s, texels);
         let step = texels.max(W::lit(s, 1.0));
-        let (half, two, zero) = (W::lit(s, 0.5), W::lit(s, 2.0), W::lit(s, 0.0));
+        let (half, two) = (W::lit(s, 0.5), W::lit(s, 2.0));
         let (across, up) = (half * step / width, half * step / height);
-        let mut heights = [zero; 4];
-        for (height, [u, v]) in heights.iter_mut().zip([[across, zero], [-across, zero], [zero, up], [zero, -up]]) {
-            let uv = [coord.uv[0] + u, coord.uv[1] + v];
-            *height = self.mipmap.at(s, uv, level, self.sampler, lookup.lanes).x;
-        }
-        let by_u = (heights[0] - heights[1]) / (two * across);
-        let by_v = (heights[2] - heights[3]) / (two * up);
+        let [u, v] = coord.uv;
+        let places = [[u + across, v], [u - across, v], [u, v + up], [u, v - up]];
+        let [right, left, above, below] = self.mipmap.at_each(s, places, level, self.sampler, lookup.lanes);
+        let by_u = (right.x - left.x) / (two * across);
+        let by_v = (above.x - below.x) / (two * up);
         coord.gradients[0] * by_u + coord.gradients[1] * by_v
     }
 

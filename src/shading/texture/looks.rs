@@ -81,7 +81,9 @@ impl<'a, W: Double> Looks<'a, W> {
             }
             let along = (look + half) / looks - half;
             let V3 { x, y, z } = self.at(s, [u + way[0] * along, v + way[1] * along], looking);
-            sum = sum + V3 { x: x / looks, y: y / looks, z: z / looks };
+            let share = V3 { x: x / looks, y: y / looks, z: z / looks };
+            // Of lanes that do not look, `looks` may be no number.
+            sum = V3::select(W::mask(s, looking), sum + share, sum);
             look = look + W::lit(s, 1.0);
         }
     }
@@ -217,9 +219,12 @@ mod tests {
 
     /// Places in the picture, at its edges, far beyond them, and no place.
     fn place(i: usize) -> f64 {
-        const ODD: [f64; 12] = [-1e18, -1.0, -1e-17, -0.0, 0.0, 1e-9, 0.5, 0.999_999, 1.0, 4e9, 1e300, f64::NAN];
+        const ODD: [f64; 13] =
+            [f64::INFINITY, -1e18, -1.0, -1e-17, -0.0, 0.0, 1e-9, 0.5, 0.999_999, 1.0, 4e9, 1e300, f64::NAN];
         if i.is_multiple_of(3) { ODD[i / 3 % ODD.len()] } else { 5.0 * number(i) - 2.0 }
     }
+
+    const ODD_STEPS: [f64; 3] = [f64::INFINITY, f64::NAN, 1e300];
 
     fn same(a: [f64; 3], b: [f64; 3]) -> bool {
         a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()))
@@ -236,7 +241,8 @@ mod tests {
                 let [u, v] = [lanes(first, &place), lanes(7 * first + 1, &place)];
                 // Enlarged, made smaller, and along a way of many looks.
                 let size = [1e-3, 0.2, 3.0][first / 8 % 3];
-                let axes = [1, 2].map(|axis| [3, 4].map(|i| lanes(first * axis + i, &|i| size * (number(i) - 0.3))));
+                let step = |i: usize| if i.is_multiple_of(11) { ODD_STEPS[i % 3] } else { size * (number(i) - 0.3) };
+                let axes = [1, 2].map(|axis| [3, 4].map(|i| lanes(first * axis + i, &step)));
                 let last = (mipmap.levels.len() - 1) as f64;
                 let level = lanes(first, &|i| if i.is_multiple_of(4) { last.min(1.0) } else { last * number(i) });
                 for asked in [0xff, 0b1011_0101] {

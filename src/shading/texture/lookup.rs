@@ -54,16 +54,38 @@ impl Mipmap {
     /// Between the two nearest levels, bilinear in each, at (u, v) in a picture whose lower left corner is (0, 0) and
     /// whose upper right corner is (1, 1).
     #[inline(always)]
-    pub fn at<W: Double>(&self, s: W::Simd, [u, v]: [W; 2], level: W, sampler: Sampler, lanes: u32) -> V3<W> {
+    pub fn at<W: Double>(&self, s: W::Simd, uv: [W; 2], level: W, sampler: Sampler, lanes: u32) -> V3<W> {
+        let [seen] = self.at_each(s, [uv], level, sampler, lanes);
+        seen
+    }
+
+    /// [`Self::at`] several places.
+    #[inline(always)]
+    pub fn at_each<W: Double, const N: usize>(
+        &self,
+        s: W::Simd,
+        places: [[W; 2]; N],
+        level: W,
+        sampler: Sampler,
+        lanes: u32,
+    ) -> [V3<W>; N] {
+        let mut all = [V3::splat(s, [0.0; 3]); N];
         if lanes.count_ones() > FEW {
-            return Looks::new(s, self, level, sampler, lanes).at(s, [u, v], lanes);
+            let looks = Looks::new(s, self, level, sampler, lanes);
+            for (seen, uv) in all.iter_mut().zip(places) {
+                *seen = looks.at(s, uv, lanes);
+            }
+            return all;
         }
-        let mut seen = [[0.0; MAX_LANES]; 3];
-        for lane in lanes_of(lanes) {
-            let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
-            (seen[0][lane], seen[1][lane], seen[2][lane]) = (r, g, b);
+        for (seen, [u, v]) in all.iter_mut().zip(places) {
+            let mut channels = [[0.0; MAX_LANES]; 3];
+            for lane in lanes_of(lanes) {
+                let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
+                (channels[0][lane], channels[1][lane], channels[2][lane]) = (r, g, b);
+            }
+            *seen = V3 { x: W::load(s, &channels[0]), y: W::load(s, &channels[1]), z: W::load(s, &channels[2]) };
         }
-        V3 { x: W::load(s, &seen[0]), y: W::load(s, &seen[1]), z: W::load(s, &seen[2]) }
+        all
     }
 
     /// The means over footprints around (u, v), given by their two axes, from side to side.

@@ -46,6 +46,12 @@ fn a_floor_that_is_black_since_chains_end_there_is_warned_of() {
         scene.warnings.iter().any(|warning| warning.pointer == "/render/max_depth")
     };
     assert!(warns(1) && !warns(2));
+    // Where nothing is of it, there is no floor.
+    let text = r#"{ "version": 1, "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } }, "ambient": 1,
+        "materials": { "floor": { "pbr": { "shadow_catcher": true } } }, "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1 } }],
+        "render": { "max_depth": 1 } }"#;
+    let scene = load(text.as_bytes(), Format::Json, &Overrides::default()).unwrap().scene;
+    assert!(scene.warnings.iter().all(|warning| warning.pointer != "/render/max_depth"), "{:?}", scene.warnings);
 }
 
 /// As many characters as the schema allows, of two bytes each.

@@ -164,6 +164,10 @@ fn an_image_is_asked_about_by_its_id_in_the_pixels_of_its_zoom() {
     assert_eq!(service.get(links["image"].as_str().unwrap()).picture().width(), 1_024, "{links}");
     // A plan takes a pilot, whatever the picture takes.
     assert_eq!(service.get(&format!("/v1/images/{huge}/explain")).status, 200);
+    let deepest = BALL.replacen('{', r#"{ "render": { "precision": "double" },"#, 1);
+    let deepest = service.post_json("/v1/scenes?zoom=16", &deepest).json();
+    let plan = service.get(&format!("/v1/images/{}/explain", deepest["image_id"].as_str().unwrap())).json();
+    assert!(plan["estimate"]["rays"].as_u64() > Some((48 << 16) * (32 << 16)), "{plan}");
     assert_eq!(service.get(&format!("/v1/images/{huge}/tree?x=100000&y=60000")).status, 200);
     service.get(&format!("/v1/images/{whole}/tree?x=48&y=0")).problem(400, "invalid-parameter");
     service.get(&format!("/v1/images/{whole}/tree?x=0&y=0&format=overlay")).problem(400, "invalid-parameter");
