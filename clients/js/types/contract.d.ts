@@ -4265,7 +4265,7 @@ export interface components {
             dzi: string;
             /** @description The description of the image for IIIF. */
             iiif: string;
-            /** @description The picture as a PNG, or where it has more pixels than one answer may have, a small one. */
+            /** @description The picture as a PNG, or where it is more than one answer may be, a small one: at most 1,024 pixels across and down. */
             image: string;
             /** @description The scene's canonical text. */
             self: string;

@@ -103,6 +103,23 @@ fn strangers_are_kept_out_unless_told_otherwise() {
 }
 
 #[test]
+fn settings_that_cannot_work_are_refused_at_the_start() {
+    let admin = "--admin-listen";
+    for (flags, part) in [
+        (&["--listen", "127.0.0.1:18999", admin, "127.0.0.1:18999"][..], "own port"),
+        (&["--listen", "0.0.0.0:18999", "--insecure-no-auth", admin, "127.0.0.1:18999"], "own port"),
+        (&["--listen", "localhost:8080"], "names are not looked up"),
+        (&["--studio-files", "no-such-folder"], "there is no such folder"),
+        (&["--textures", "no-such-folder"], "--textures no-such-folder"),
+        (&["--max-pixels", "0"], "--max-pixels"),
+    ] {
+        let refused = strahl(&[&["serve"], flags].concat());
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(2) && said.contains(part), "{flags:?}: {said}");
+    }
+}
+
+#[test]
 fn a_tenant_that_asks_too_often_is_told_when_to_come_back() {
     let file = KeyFile::new("rate", "[tenants.small]\nunits_per_minute = 3\n");
     let (small, large) = (file.key("small", "render"), file.key("large", "render"));

@@ -2222,7 +2222,8 @@ class SceneLinks(TypedDict):
     dzi: str
     # The description of the image for IIIF.
     iiif: str
-    # The picture as a PNG, or where it has more pixels than one answer may have, a small one.
+    # The picture as a PNG, or where it is more than one answer may be, a small one: at most 1,024 pixels across and
+    # down.
     image: str
     # The scene's canonical text.
     self: str
