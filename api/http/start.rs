@@ -48,6 +48,7 @@ pub(crate) fn run(
     (farm, spread): (&FarmSettings, Option<u64>),
 ) -> Result<(), StartError> {
     check_exposure(http)?;
+    check_listeners(http)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(TALKERS)
         .enable_all()
@@ -66,10 +67,6 @@ pub(crate) fn run(
     let app = open(threads, http, settings, farm, store, &mut folders)?;
     let courier = courier(&app);
     let served = runtime.block_on(async {
-        if http.admin_listen.is_some_and(|admin| overlap(http.listen, admin)) {
-            let both = "--listen and --admin-listen are the same address: give each its own port";
-            return Err(StartError::Settings(both.into()));
-        }
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
@@ -179,10 +176,19 @@ fn check_exposure(http: &HttpSettings) -> Result<(), StartError> {
     )))
 }
 
-/// Whether one listener would be in the way of the other.
-fn overlap(a: SocketAddr, b: SocketAddr) -> bool {
-    let any = a.ip().is_unspecified() || b.ip().is_unspecified();
-    a.port() == b.port() && a.port() != 0 && (any || a.ip() == b.ip())
+/// Refuses one address for both listeners.
+fn check_listeners(http: &HttpSettings) -> Result<(), StartError> {
+    let is_same = |admin: SocketAddr| {
+        let any = http.listen.ip().is_unspecified() || admin.ip().is_unspecified();
+        http.listen.port() == admin.port() && admin.port() != 0 && (any || http.listen.ip() == admin.ip())
+    };
+    match http.admin_listen {
+        Some(admin) if is_same(admin) => {
+            let both = "--listen and --admin-listen are the same address: give each its own port";
+            Err(StartError::Settings(both.into()))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn listen(address: SocketAddr) -> Result<TcpListener, StartError> {
