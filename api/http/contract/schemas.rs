@@ -1,6 +1,7 @@
 //! The schemas of the contract, which schemars makes from the types of requests and answers.
 
-use crate::http::extract::query::{Parameter, Query};
+use crate::http::extract::parameter::Parameter;
+use crate::http::extract::query::Query;
 use schemars::generate::{Contract, SchemaSettings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde_json::{Map, Value, json};

@@ -6,6 +6,7 @@ pub(crate) mod body_part;
 pub(crate) mod conditions;
 pub(crate) mod json_body;
 pub(crate) mod named_job;
+pub(crate) mod parameter;
 pub(crate) mod path;
 pub(crate) mod prefer;
 pub(crate) mod query;

@@ -2,6 +2,7 @@
 //! describes them for the contract ([`Query::describe`]).
 
 use super::accept::by_accept;
+use super::parameter::{MAX_PIXELS, MAX_WHOLE, Parameter, Values};
 use crate::http::problem::{ErrorEntry, Kind, Problem, fragment};
 use crate::service::scenes::ids::MAX_ZOOM;
 use crate::service::values::point;
@@ -9,15 +10,12 @@ use axum::extract::Query as Pairs;
 use axum::http::{HeaderMap, Uri};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use strahl::film::{FileFormat, PictureFormat, Region};
-use strahl::models::Which;
 use strahl::render::Layers;
-use strahl::scene::description::{Accuracy, FilmBackground};
 use strahl::scene::limits::Limit;
-use strahl::scene::model::View;
 use strahl::scene::problem::{did_you_mean, push_token};
-use strahl::words::{choice, list, words};
+use strahl::words::{choice, words};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug, Default)]
@@ -29,109 +27,6 @@ pub(crate) struct Query {
     errors: Vec<ErrorEntry>,
     /// Collects the parameters that are read, when the contract is made.
     pub(super) described: Option<Vec<Parameter>>,
-}
-
-/// A parameter, for the contract.
-#[derive(Debug)]
-pub(crate) struct Parameter {
-    /// Its name.
-    pub(crate) name: &'static str,
-    /// What it means.
-    pub(crate) about: &'static str,
-    /// Whether it must be given.
-    pub(crate) required: bool,
-    values: Values,
-}
-
-/// Values of a parameter.
-#[derive(Debug, Clone)]
-pub(super) enum Values {
-    Text,
-    /// Any number of texts, each as a parameter of the same name.
-    Texts,
-    Flag,
-    /// A whole number within a range, and the limit that gives the range.
-    Whole(u64, u64, Option<&'static str>),
-    /// A number of at least the first and at most the second, and the limit that gives the latter.
-    Number(f64, Option<f64>, Option<&'static str>),
-    Words(Vec<String>),
-    /// Three numbers.
-    Point,
-    Accuracy,
-    View,
-    Background,
-    Sheet,
-    /// A number from 0, or a name.
-    Which,
-}
-
-/// The largest whole number that the contract's format int64 holds.
-const MAX_WHOLE: u64 = i64::MAX as u64;
-
-/// More pixels than any picture has.
-const MAX_PIXELS: u64 = u32::MAX as u64;
-
-/// Three numbers as a pattern.
-const POINT: &str = "^ *[-+.0-9eE]+ *, *[-+.0-9eE]+ *, *[-+.0-9eE]+ *$";
-
-/// The values of [`Accuracy`] as a pattern.
-const ACCURACY: &str = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|\
-    statistical:(0[.](25|5|75)|[1-9]([.][0-9])?|[1-5][0-9])(,0[.][5-9][0-9]?)?)$";
-
-impl Parameter {
-    /// Its schema.
-    pub(crate) fn schema(&self) -> Value {
-        match &self.values {
-            Values::Text => json!({ "type": "string" }),
-            Values::Which => json!({ "type": "string", "minLength": 1, "maxLength": 62 }),
-            Values::Texts => json!({ "type": "array", "items": { "type": "string" } }),
-            Values::Flag => json!({ "type": "boolean" }),
-            Values::Whole(least, MAX_PIXELS, _) => json!({ "type": "integer", "format": "int32", "minimum": least }),
-            Values::Whole(least, MAX_WHOLE, _) => json!({ "type": "integer", "format": "int64", "minimum": least }),
-            Values::Whole(least, most, _) => {
-                json!({ "type": "integer", "format": "int32", "minimum": least, "maximum": most })
-            }
-            Values::Number(least, most, _) => {
-                let mut schema = json!({ "type": "number", "format": "double", "minimum": least });
-                if let Some(most) = most {
-                    schema["maximum"] = json!(most);
-                }
-                schema
-            }
-            Values::Words(words) => json!({ "type": "string", "enum": words }),
-            Values::Point => json!({ "type": "string", "pattern": POINT }),
-            Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
-            Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
-            Values::Sheet => json!({ "type": "string", "pattern": "^[1-9][0-9]{0,3}x[1-9][0-9]{0,3}$" }),
-            Values::Background => json!({ "type": "string", "pattern": FilmBackground::PATTERN }),
-        }
-    }
-}
-
-impl Values {
-    /// The expected values in words.
-    fn expected(&self) -> String {
-        match self {
-            Self::Text | Self::Texts => "text".into(),
-            Self::Flag => "true or false".into(),
-            Self::Whole(_, MAX_PIXELS, _) => "a whole number of pixels".into(),
-            Self::Whole(_, MAX_WHOLE, _) => "a whole number below 2^63".into(),
-            Self::Whole(least, most, None) => format!("a whole number from {least} to {most}"),
-            Self::Whole(least, most, Some(limit)) => format!("a whole number from {least} to {most} ({limit})"),
-            Self::Number(least, None, _) => format!("a number of at least {least}"),
-            Self::Number(least, Some(most), None) => format!("a number from {least} to {most}"),
-            Self::Number(least, Some(most), Some(limit)) => {
-                format!("a number from {least} to {} ({limit})", (most * 1e3).round() / 1e3)
-            }
-            Self::Words(words) => list(words.iter().cloned(), "or"),
-            Self::Point => "three numbers, as 1,-2.5,3".into(),
-            Self::Accuracy => Accuracy::WRITTEN.into(),
-            Self::View => View::WRITTEN.into(),
-            Self::Sheet => "columns and rows, as 6x6".into(),
-            Self::Background => FilmBackground::WRITTEN.into(),
-            Self::Which => Which::WRITTEN.into(),
-        }
-    }
 }
 
 /// The format of a picture in a query.
@@ -466,6 +361,7 @@ impl Query {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
     use strahl::scene::Format;
     use strahl::scene::limits;
 

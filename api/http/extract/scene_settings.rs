@@ -1,6 +1,7 @@
 //! Query parameters that replace settings of a scene, and those that say what is seen of a model.
 
-use super::query::{Query, Values};
+use super::parameter::Values;
+use super::query::Query;
 use strahl::models::Which;
 use strahl::scene::description::{Fidelity, Precision};
 use strahl::scene::limits;
