@@ -2,9 +2,10 @@
 
 use super::access::{KeyFile, keyed};
 use super::job_events::Events;
-use super::jobs::{body, submit};
+use super::jobs::{body, submit, text};
 use crate::common::service::Service;
 use crate::common::{BALL, SLOW};
+use std::collections::HashSet;
 
 #[test]
 fn a_key_says_whose_it_is_and_what_is_left() {
@@ -136,6 +137,41 @@ fn one_stream_tells_of_all_jobs_that_come_and_go() {
     let third = submit(&service, BALL, r#""labels": ["mine"]"#);
     let (name, _, data) = labelled.next_of_several().unwrap();
     assert_eq!((name.as_str(), &data["job"]), ("created", &third.as_str().into()));
+}
+
+#[test]
+fn a_stream_of_all_tells_how_a_job_ended_before_it_tells_that_it_is_gone() {
+    let service = Service::start(&[]);
+    let mut events = Events::at(&service, "/v1/events", &[]);
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                for _ in 0..40 {
+                    // The more tiles, the longer a job's files take to go before its end is told.
+                    let id = submit(&service, BALL, r#""settings": { "width": 200, "height": 200 }"#);
+                    let path = format!("/v1/jobs/{id}");
+                    service.send("GET", &path, &[("Prefer", "wait=60")], b"");
+                    assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
+                }
+            });
+        }
+    });
+    let last = submit(&service, BALL, "");
+    let (mut succeeded, mut removed) = (HashSet::new(), 0);
+    loop {
+        let (name, _, data) = events.next_of_several().unwrap();
+        let job = text(&data["job"]).to_owned();
+        match name.as_str() {
+            "created" if job == last => break,
+            "succeeded" => drop(succeeded.insert(job)),
+            "removed" => {
+                assert!(succeeded.contains(&job), "{job} is gone, and it was not told how it ended");
+                removed += 1;
+            }
+            _ => {}
+        }
+    }
+    assert!(removed > 0);
 }
 
 #[test]

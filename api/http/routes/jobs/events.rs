@@ -16,6 +16,7 @@ use serde_json::json;
 use std::collections::{HashSet, VecDeque};
 use std::convert::Infallible;
 use std::future::poll_fn;
+use std::mem;
 use std::task::Poll;
 use std::time::Duration;
 use tokio::sync::watch;
@@ -216,7 +217,10 @@ impl Watching {
         let gone: Vec<String> = all.known.iter().filter(|id| jobs.find(id).is_none()).cloned().collect();
         for id in gone {
             all.known.remove(&id);
-            self.jobs.retain(|job| job.job.record().id != id);
+            for mut job in self.jobs.extract_if(.., |job| job.job.record().id == id) {
+                let last = job.gather_all();
+                self.news.extend(last.into_iter().map(|event| job.sent(event)));
+            }
             self.news.push_back(sse::Event::default().event("removed").data(json!({ "job": id }).to_string()));
         }
         for job in all.open() {
@@ -328,12 +332,23 @@ impl Watched {
         });
         self.next.push_back(Event { seq, name: "snapshot", data: snapshot });
         self.gathered = Some(seq);
-        if let (Some(seq), true) = (record.last_event, record.state.is_final()) {
-            let data = json!({ "stats": record.stats, "failure": record.failure });
-            let name = if record.state == JobState::Expired { JobState::Succeeded } else { record.state }.name();
-            self.next.push_back(Event { seq, name, data });
-        }
+        self.next.extend(ending(&record));
     }
+
+    /// All events that are left of a job that is gone. Its record may tell how it ended before its events do.
+    fn gather_all(&mut self) -> VecDeque<Event> {
+        self.gather();
+        let ending = ending(&self.job.record()).filter(|ending| self.next.iter().all(|event| event.seq < ending.seq));
+        self.next.extend(ending);
+        mem::take(&mut self.next)
+    }
+}
+
+/// The last event of a job that has ended.
+fn ending(record: &Record) -> Option<Event> {
+    let seq = record.last_event.filter(|_| record.state.is_final())?;
+    let name = if record.state == JobState::Expired { JobState::Succeeded } else { record.state }.name();
+    Some(Event { seq, name, data: json!({ "stats": record.stats, "failure": record.failure }) })
 }
 
 fn is_last(name: &str) -> bool {
