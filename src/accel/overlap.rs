@@ -7,6 +7,7 @@ use super::geometry::Geometry;
 use super::item::Shape;
 use super::wide_bvh::{Child, WideBvh, WideNode};
 use crate::lanes::{MAX_LANES, Real};
+use std::ops::Range;
 
 /// The bound for the scene whose root is `geometries[root]`. Geometries come after those they place.
 pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
@@ -17,25 +18,29 @@ pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
             _ => 1.0,
         };
         let unbounded: f64 = geometry.unbounded.iter().map(|item| weight(*item)).sum();
-        let primitive = |place: usize| weight(geometry.primitives[place].item);
-        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(wide, wide.root, &primitive));
+        let places_any = geometry.items.iter().any(|item| matches!(item.shape, Shape::Instance(_)));
+        let leaf = |places: Range<usize>| match places_any {
+            true => geometry.primitives[places].iter().map(|primitive| weight(primitive.item)).sum(),
+            false => places.len() as f64,
+        };
+        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(wide, wide.root, &leaf));
         known.push(unbounded + bounded);
     }
     known.get(root).copied().unwrap_or_default()
 }
 
 /// The bound below a node or a leaf.
-fn below<R: Real>(wide: &WideBvh<R>, child: Child, primitive: &impl Fn(usize) -> f64) -> f64 {
+fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize>) -> f64) -> f64 {
     match child.index() {
         Ok(node) => {
             let node = &wide.nodes[node];
             let mut weights = [0.0; MAX_LANES];
             for (weight, child) in weights.iter_mut().zip(&node.children[..node.count as usize]) {
-                *weight = below(wide, *child, primitive);
+                *weight = below(wide, *child, of_leaf);
             }
             densest(node, &weights)
         }
-        Err(leaf) => wide.leaves[leaf].places().map(primitive).sum(),
+        Err(leaf) => of_leaf(wide.leaves[leaf].places()),
     }
 }
 
