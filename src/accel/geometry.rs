@@ -86,6 +86,7 @@ impl<R: Real> Geometry<R> {
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len()).into()),
             BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &mut primitives).into()),
         };
+        drop(bvh);
         let lone = kind != BvhKind::Flat
             && unbounded.is_empty()
             && matches!(&primitives[..], [only] if !matches!(items[only.item as usize].shape, Shape::Mesh(_) | Shape::Instance(_)));
