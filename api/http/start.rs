@@ -130,6 +130,8 @@ pub(super) fn open(
         origins: http.origins(),
         public_url: http.public_url.clone(),
         streams: ConcurrencyLimit::default(),
+        waits: ConcurrencyLimit::default(),
+        max_connections: http.max_connections,
         tile_clients: ConcurrencyLimit::default(),
         studio: http.studio().map_err(StartError::Settings)?,
         limits: http.limits.clone(),

@@ -24,6 +24,10 @@ pub(crate) struct AppState {
     pub(crate) public_url: Option<String>,
     /// Open event streams of tenants.
     pub(crate) streams: ConcurrencyLimit<String>,
+    /// Requests of tenants that wait for jobs.
+    pub(crate) waits: ConcurrencyLimit<String>,
+    /// Connections that there may be.
+    pub(crate) max_connections: u32,
     /// Tiles that are being answered.
     pub(crate) tile_clients: ConcurrencyLimit<Client>,
     /// Where the files of the studio are.

@@ -1,6 +1,7 @@
 //! Errors of the service. HTTP turns them into problem documents.
 
 use std::any::Any;
+use std::fmt;
 use std::io;
 use strahl::render::Cancelled;
 use strahl::scene::{NotLoaded, Problems};
@@ -59,12 +60,16 @@ pub(crate) enum Error {
 }
 
 impl Error {
-    /// The disk does not take what has to be written. `what` says what cannot be done without it.
-    pub(crate) fn unwritten(what: &'static str, error: &io::Error) -> Self {
+    /// What has to be read or written cannot be. `what` says what cannot be done without it.
+    pub(crate) fn io(what: &'static str, error: &io::Error) -> Self {
         tracing::error!(%error, "{what}");
         if is_full(error) {
             let detail = format!("{what}: the disk of the service is full, and its operator has to make room");
             return Self::Busy { detail, retry_after: 60 };
+        }
+        if is_temporary(error) {
+            let detail = format!("{what}: the farm's broker or its store does not answer; the service's log says why");
+            return Self::Busy { detail, retry_after: 5 };
         }
         Self::Internal(what)
     }
@@ -103,6 +108,16 @@ pub(crate) enum StartError {
 /// Whether there was no room on the disk for what was to be written: it can be written once there is.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
+}
+
+/// An error of what several machines share: the broker and the store of a farm.
+pub(crate) fn unreachable(why: impl fmt::Display) -> io::Error {
+    io::Error::new(io::ErrorKind::NotConnected, why.to_string())
+}
+
+/// Whether the same may succeed another time.
+pub(crate) fn is_temporary(error: &io::Error) -> bool {
+    is_full(error) || error.kind() == io::ErrorKind::NotConnected
 }
 
 /// The text of a panic, for the log only.

@@ -48,6 +48,33 @@ fn all_nodes_end_and_new_ones_go_on() {
     assert!(farm.picture(&id).body == alone("", MIRRORS));
 }
 
+/// A store that does not take anything for a while, here a folder that is none any more.
+#[test]
+fn a_store_that_fails_and_comes_back_loses_nothing() {
+    let Some(farm) = Farm::start(&[]) else { return };
+    let _node = farm.node("one");
+    let before = farm.submit("", BALL);
+    farm.picture(&before);
+    let id = farm.submit("", MIRRORS);
+    farm.wait_for_share(&id, 0.1);
+    let (store, away) = (farm.store.path().to_owned(), farm.store.path().with_extension("away"));
+    std::fs::rename(&store, &away).unwrap();
+    std::fs::write(&store, "no folder").unwrap();
+    wait_until("the job waits", || farm.front.log().contains("a job waits until what it has to write can be written"));
+    assert_eq!(farm.job(&id)["state"], "running");
+    for answer in [
+        farm.front.get(&format!("/v1/jobs/{before}/image")),
+        farm.front.post_json("/v1/jobs", &crate::harness::job(r#""labels": ["new"]"#, SLOW)),
+    ] {
+        assert_eq!((answer.status, answer.header("retry-after")), (503, "5"), "{}", answer.text());
+    }
+    assert_eq!(farm.job(&before)["state"], "succeeded", "what is known without the store is answered");
+    std::fs::remove_file(&store).unwrap();
+    std::fs::rename(&away, &store).unwrap();
+    assert!(farm.picture(&id).body == alone("", MIRRORS));
+    farm.picture(&before);
+}
+
 /// T3, one broker.
 #[test]
 fn a_broker_that_is_killed_and_comes_back_loses_nothing() {
@@ -60,6 +87,28 @@ fn a_broker_that_is_killed_and_comes_back_loses_nothing() {
     farm.broker.restart();
     assert!(farm.picture(&id).body == alone("", MIRRORS));
     wait_until("the queue is empty", || farm.broker.messages("FARM_T") == 0);
+}
+
+#[test]
+fn what_is_asked_without_a_broker_can_be_asked_again() {
+    let Some(mut farm) = Farm::start(&[]) else { return };
+    let id = farm.submit("", SLOW);
+    farm.broker.kill();
+    let json = [("Content-Type", "application/json"), ("Idempotency-Key", "once")];
+    let send =
+        |farm: &Farm, method: &str, path: &str, body: &str| farm.front.send(method, path, &json, body.as_bytes());
+    let job = crate::harness::job("", BALL);
+    for (method, path, body) in [
+        ("POST", "/v1/jobs", job.as_str()),
+        ("PATCH", &format!("/v1/jobs/{id}"), r#"{"priority": 7}"#),
+        ("DELETE", &format!("/v1/jobs/{id}"), ""),
+    ] {
+        let answer = send(&farm, method, path, body);
+        assert_eq!((answer.status, answer.header("retry-after")), (503, "5"), "{method} {path}: {}", answer.text());
+    }
+    farm.broker.restart();
+    wait_until("the key can be used", || send(&farm, "POST", "/v1/jobs", &job).status == 202);
+    wait_until("the job can be deleted", || send(&farm, "DELETE", &format!("/v1/jobs/{id}"), "").status == 204);
 }
 
 /// T5 and T14: the same work twice is stored once, and work that the broker has lost is sent again within its window for

@@ -97,6 +97,13 @@ struct RequestLog {
     _counted: Counted,
 }
 
+/// A path as URLs have it: what a client may send raw could control a terminal.
+fn graphic(path: &str) -> String {
+    let encoded =
+        |byte: u8| if byte.is_ascii_graphic() { char::from(byte).to_string() } else { format!("%{byte:02X}") };
+    path.bytes().map(encoded).collect()
+}
+
 impl RequestLog {
     fn begin(app: &App, request: &Request, id: &str) -> Self {
         let matched = request.extensions().get::<MatchedPath>();
@@ -106,7 +113,7 @@ impl RequestLog {
             route: matched.map_or("unmatched", MatchedPath::as_str).to_owned(),
             id: id.to_owned(),
             method: request.method().clone(),
-            path: capability::hidden(request.uri().path()).into_owned(),
+            path: graphic(&capability::hidden(request.uri().path())),
             started: Instant::now(),
             status: None,
             _counted: app.drain.request(),
@@ -141,6 +148,12 @@ impl Drop for RequestLog {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_path_controls_a_terminal() {
+        assert_eq!(graphic("/v1/jobs/a-1~%20"), "/v1/jobs/a-1~%20");
+        assert_eq!(graphic("/\u{9b}31m\u{202e}ä"), "/%C2%9B31m%E2%80%AE%C3%A4");
+    }
 
     #[test]
     fn traces_are_recognised() {

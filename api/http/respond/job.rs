@@ -8,6 +8,7 @@ use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
 use crate::service::clock::unix_time;
+use crate::service::concurrency_limit::Permit;
 use crate::service::deliveries::report_of;
 use crate::service::error::Error;
 use crate::service::jobs::Job;
@@ -370,8 +371,28 @@ pub(crate) async fn patiently<T>(app: &AppState, patience: Duration, wait: impl 
     }
 }
 
+/// A place among the requests of a tenant that wait for jobs. They have a quarter of all connections, so that no tenant takes
+/// those of others.
+pub(crate) fn waiting_permit(app: &AppState, tenant: &Tenant) -> Result<Permit<String>, Problem> {
+    let most = (app.max_connections / 4).max(1);
+    app.waits.enter(tenant.name.clone(), most).ok_or_else(|| {
+        let detail =
+            format!("{most} requests of your tenant wait for jobs: follow several in one stream, GET /v1/events");
+        Problem::new(Kind::RateLimited, detail).retry_after(5)
+    })
+}
+
 /// Waits until a job has ended or the time is over.
-pub(crate) async fn until_final(app: &AppState, job: &Arc<Job>, patience: Duration) {
+pub(crate) async fn until_final(
+    app: &AppState,
+    tenant: &Tenant,
+    job: &Arc<Job>,
+    patience: Duration,
+) -> Result<(), Problem> {
+    if patience.is_zero() || job.record().state.is_final() {
+        return Ok(());
+    }
+    let _permit = waiting_permit(app, tenant)?;
     let mut bell = job.events.bell();
     let ended = async {
         while !job.record().state.is_final() {
@@ -382,4 +403,5 @@ pub(crate) async fn until_final(app: &AppState, job: &Arc<Job>, patience: Durati
     };
     // The caller reads the state in either case.
     patiently(app, patience, ended).await;
+    Ok(())
 }

@@ -16,7 +16,7 @@ pub(super) fn routes() -> Vec<Route> {
                 "readyz",
                 "service",
                 "Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a \
-                 render that does not stop, nor one that cannot write the records of jobs.",
+                 render that does not stop, nor one that cannot write the records or files of jobs.",
             ],
         )
         .answer(200, "It takes work", &[Content::json::<Readiness>()])
@@ -28,7 +28,7 @@ pub(super) fn routes() -> Vec<Route> {
 #[derive(Debug, Serialize, JsonSchema)]
 struct Readiness {
     /// `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the disk does
-    /// not take the records of jobs).
+    /// not take the records of jobs, or the folders of their files are gone).
     status: &'static str,
     /// Requests under way.
     running: usize,

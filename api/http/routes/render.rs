@@ -194,17 +194,17 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     // The query is part of the request that an idempotency key stands for.
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
     let whole = [query.as_bytes(), b"\n", base, body.as_ref()].concat();
-    let job = match claim(&app, &tenant, &headers, &whole).await? {
-        Claimed::Before(job) => return Ok(accepted(&app, &job, true, prefer).await),
+    let (job, is_replay) = match claim(&app, &tenant, &headers, &whole).await? {
+        Claimed::Before(job) => (job, true),
         Claimed::Now(claim) => {
             let scene = body.as_ref().to_vec();
             drop((body, whole));
             let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
             let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };
-            submitted(&app, &tenant, wanted, claim).await?
+            (submitted(&app, &tenant, wanted, claim).await?, false)
         }
     };
-    until_final(&app, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
+    until_final(&app, &tenant, &job, prefer.wait.unwrap_or(Duration::ZERO)).await?;
     if job.record().state == JobState::Succeeded {
         let mut response = picture_of(&app, &tenant, &method, &headers, &job).await?;
         Prefer { respond_async: false, ..prefer }.add_applied(response.headers_mut());
@@ -213,5 +213,5 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
         }
         return Ok(response);
     }
-    Ok(accepted(&app, &job, false, prefer).await)
+    Ok(accepted(&app, &job, is_replay, prefer).await)
 }

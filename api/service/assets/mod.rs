@@ -127,7 +127,7 @@ impl Assets {
             // Another front may have removed them with the last claim before this one.
             put_absent()
         };
-        put().map_err(|error: io::Error| Error::unwritten("the asset cannot be kept", &error))?;
+        put().map_err(|error: io::Error| Error::io("the asset cannot be kept", &error))?;
         self.known.lock().add(tenant, hash, bytes.len() as u64);
         Ok(true)
     }
@@ -249,7 +249,7 @@ impl Assets {
             Some(job) => Err(Error::InUse(format!("job {job} needs the asset: cancel it, or wait until it has ended"))),
             None => Ok(()),
         };
-        let failed = |error: io::Error| Error::unwritten("the asset cannot be deleted", &error);
+        let failed = |error: io::Error| Error::io("the asset cannot be deleted", &error);
         let _alone = self.changes.lock();
         let Some(bytes) = self.size(tenant, hash) else { return Ok(false) };
         needed()?;

@@ -1,5 +1,6 @@
 //! Where assets lie: in a folder of this process, or in the store of a farm.
 
+use crate::service::error::unreachable;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::objects::{ObjectError, Objects};
 use std::io;
@@ -26,7 +27,7 @@ pub(crate) fn is_name(name: &str) -> bool {
 }
 
 fn failed(error: ObjectError) -> io::Error {
-    io::Error::other(error.to_string())
+    unreachable(error)
 }
 
 impl Shelf {

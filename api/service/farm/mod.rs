@@ -23,10 +23,11 @@ use self::records::Records;
 use self::results::Results;
 use self::settings::FarmSettings;
 use self::work::SceneSource;
-use crate::service::error::StartError;
+use crate::service::error::{StartError, unreachable};
 use crate::service::storage::objects::Objects;
 use crate::service::storage::revisions::Refused;
 use async_nats::jetstream::stream::Stream;
+use std::io;
 use std::time::Duration;
 use tokio::runtime::Handle;
 
@@ -103,13 +104,13 @@ impl Farm {
     }
 
     /// Puts the text of a scene where nodes find it.
-    pub(crate) fn share_scene(&self, scene: &SceneSource, text: &[u8]) -> Result<(), String> {
+    pub(crate) fn share_scene(&self, scene: &SceneSource, text: &[u8]) -> io::Result<()> {
         self.runtime.block_on(async {
             let name = scene.blob();
-            if self.objects.exists(&name).await.map_err(|error| error.to_string())? {
-                return Ok(());
+            if !self.objects.exists(&name).await.map_err(unreachable)? {
+                self.objects.put_if_absent(&name, text.to_vec()).await.map_err(unreachable)?;
             }
-            self.objects.put_if_absent(&name, text.to_vec()).await.map(|_| ()).map_err(|error| error.to_string())
+            Ok(())
         })
     }
 

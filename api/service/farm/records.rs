@@ -3,6 +3,7 @@
 
 use super::connection::{Broker, reasons};
 use super::names::REMOVED_AGE;
+use crate::service::error::unreachable;
 use crate::service::storage::revisions::Refused;
 use async_nats::jetstream::kv::{CreateErrorKind, Operation, Store, UpdateError, UpdateErrorKind};
 use futures_util::StreamExt;
@@ -73,7 +74,7 @@ impl Records {
 
     /// A value as it is now, and its revision.
     pub(crate) fn get(&self, key: &str) -> io::Result<Option<(Vec<u8>, u64)>> {
-        let found = self.wait(self.bucket.entry(key))?.map_err(|error| io::Error::other(reasons(&error)))?;
+        let found = self.wait(self.bucket.entry(key))?.map_err(|error| unreachable(reasons(&error)))?;
         let there = found.filter(|entry| entry.operation == Operation::Put);
         Ok(there.map(|entry| (entry.value.to_vec(), entry.revision)))
     }
@@ -93,7 +94,7 @@ impl Records {
     }
 
     fn wait<T>(&self, work: impl Future<Output = T>) -> io::Result<T> {
-        let silent = || io::Error::new(io::ErrorKind::TimedOut, "the broker does not answer");
+        let silent = || unreachable("the broker does not answer");
         self.runtime.block_on(async { timeout(ANSWER, work).await }).map_err(|_| silent())
     }
 
@@ -187,5 +188,5 @@ fn refused(error: UpdateError) -> Refused {
 }
 
 fn failed(error: &(dyn Error + 'static)) -> Refused {
-    Refused::Failed(io::Error::other(reasons(error)))
+    Refused::Failed(unreachable(reasons(error)))
 }

@@ -6,7 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
-use crate::service::error::is_full;
+use crate::service::error::{is_full, is_temporary};
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -235,14 +235,14 @@ impl coordinator::Tiles for OfPicture<'_> {
     }
 }
 
-/// Writes what belongs to a job. While the disk is full it waits, until the job is stopped.
-pub(super) fn when_the_disk_has_room<T>(job: &Job, mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+/// Writes what belongs to a job. While the disk is full, or the farm's store does not answer, it waits until the job is stopped.
+pub(super) fn when_it_can_be_written<T>(job: &Job, mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     let mut is_told = false;
     loop {
         match write() {
-            Err(error) if is_full(&error) && !job.control().is_cancelled() => {
+            Err(error) if is_temporary(&error) && !job.control().is_cancelled() => {
                 if !is_told {
-                    tracing::error!(job = job.record().id, %error, "a job waits until the disk has room");
+                    tracing::error!(job = job.record().id, %error, "a job waits until what it has to write can be written");
                 }
                 is_told = true;
                 thread::sleep(BETWEEN_WRITES);

@@ -57,6 +57,11 @@ impl Files {
         Ok(Self { scenes: Box::new(scenes), pictures: Box::new(pictures), shared: true, tiles })
     }
 
+    /// Whether the folders are there.
+    pub(super) fn are_there(&self) -> bool {
+        self.scenes.is_there() && self.pictures.is_there() && self.tiles.is_dir()
+    }
+
     /// Whether there is any.
     pub(super) fn is_empty(&self) -> bool {
         self.bytes() == 0 && self.all_tiles().is_empty()
@@ -87,12 +92,12 @@ impl Files {
 
     /// What is known about it.
     pub(super) fn meta(&self, record: &Record) -> Option<PictureMeta> {
-        PictureMeta::stored(&self.pictures.head(&record.picture_name())?)
+        PictureMeta::stored(&self.pictures.head(&record.picture_name()).ok()??)
     }
 
     /// The last preview, a PNG.
     pub(super) fn preview(&self, record: &Record) -> Option<Vec<u8>> {
-        Some(self.pictures.get(&preview_name(record))?.body)
+        Some(self.pictures.get(&preview_name(record)).ok()??.body)
     }
 
     /// Puts a picture on disk.
@@ -107,12 +112,12 @@ impl Files {
 
     /// What is known about a frame.
     pub(super) fn frame_meta(&self, id: &str, number: u32) -> Option<PictureMeta> {
-        PictureMeta::stored(&self.pictures.head(&frame_name(id, number))?)
+        PictureMeta::stored(&self.pictures.head(&frame_name(id, number)).ok()??)
     }
 
     /// The small picture of a frame, a PNG.
     pub(super) fn small_frame(&self, id: &str, number: u32) -> Option<Vec<u8>> {
-        Some(self.pictures.get(&(frame_name(id, number) + PREVIEW))?.body)
+        Some(self.pictures.get(&(frame_name(id, number) + PREVIEW)).ok()??.body)
     }
 
     /// Puts a frame on disk: first its small picture, since the frame is finished when it is there itself.

@@ -5,7 +5,7 @@
 //! tiles are.
 
 use super::Jobs;
-use super::backend::{disk, when_the_disk_has_room};
+use super::backend::{disk, when_it_can_be_written};
 use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
@@ -224,7 +224,7 @@ impl Film<'_> {
                 return Err(job.why_stopped());
             }
             let id = job.record().id.clone();
-            let kept = when_the_disk_has_room(job, || jobs.files.put_frame(&id, number, &files));
+            let kept = when_it_can_be_written(job, || jobs.files.put_frame(&id, number, &files));
             if let Err(error) = kept {
                 tracing::error!(%error, "a finished frame cannot be kept");
                 job.stop(disk(&error));

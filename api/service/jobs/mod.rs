@@ -56,7 +56,7 @@ use records::Records;
 use registry::Registry;
 use shared::Shared;
 use std::io;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use store::Store;
@@ -96,6 +96,8 @@ pub(crate) struct Jobs {
     open: watch::Sender<usize>,
     /// Milliseconds of work on jobs that failed or were canceled.
     canceled: AtomicU64,
+    /// Whether somebody has removed the folders of files.
+    folders_are_gone: AtomicBool,
     /// The run time that was last written down for its own sake.
     time_kept: AtomicU64,
 }
@@ -132,6 +134,7 @@ impl Jobs {
             bell: Notify::new(),
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
+            folders_are_gone: AtomicBool::new(false),
             time_kept: AtomicU64::new(0),
         }
     }

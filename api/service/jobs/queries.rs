@@ -127,9 +127,9 @@ impl Jobs {
         Some((ahead.len() + 1, alone * registry.slowness.unwrap_or(1.0) * tenants.len() as f64))
     }
 
-    /// Whether the disk does not take the records of jobs. It is tried again each second.
+    /// Whether the disk does not take the records or files of jobs. It is tried again each second.
     pub(crate) fn is_unwritable(&self) -> bool {
-        self.records.is_failing()
+        self.records.is_failing() || self.folders_are_gone.load(Ordering::Relaxed)
     }
 
     /// Numbers of waiting jobs and of jobs that are worked on.
@@ -187,7 +187,18 @@ impl Jobs {
     /// The text of a job's scene, if it is there and whole.
     pub(crate) fn scene(&self, name: &str) -> Result<Option<MeteredBytes>, Error> {
         let bytes = self.files.scenes.size(name).unwrap_or(0);
-        self.cache.memory.read(bytes, || Some(self.files.scenes.get(name)?.body))
+        let mut failed = None;
+        let found = self.cache.memory.read(bytes, || {
+            let found = self.files.scenes.get(name).unwrap_or_else(|error| {
+                failed = Some(error);
+                None
+            });
+            Some(found?.body)
+        })?;
+        match failed {
+            Some(error) => Err(Error::io("the scene cannot be read", &error)),
+            None => Ok(found),
+        }
     }
 
     /// The last preview of a finished job, a PNG. If the picture existed already, it is made from the picture; none if

@@ -37,6 +37,11 @@ impl Jobs {
                 tracing::error!(%error, "how long the service has run cannot be written down");
             }
         }
+        let are_gone = !self.files.are_there();
+        if are_gone && !self.folders_are_gone.swap(are_gone, Ordering::Relaxed) {
+            tracing::error!("the folders with the files of jobs are gone: put them back, or start the service again");
+        }
+        self.folders_are_gone.store(are_gone, Ordering::Relaxed);
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
         {
             let registry = locked(&self.registry);

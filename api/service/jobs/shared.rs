@@ -108,9 +108,10 @@ impl Records for Arc<Shared> {
         let mut claimed = self.keys.create(&place, self.own());
         if matches!(claimed, Err(Refused::Changed))
             && let Some((front, revision)) = self.keys.get(&place)?
-            && !str::from_utf8(&front).is_ok_and(|front| self.fronts.is_alive(front))
+            && !str::from_utf8(&front).is_ok_and(|front| front != self.fronts.id && self.fronts.is_alive(front))
         {
-            // Who had it is gone. If it is not, its job is not accepted: its claim has another revision now.
+            // Who had it is gone. If it is not, its job is not accepted: its claim has another revision now. A claim of this front
+            // that it knows nothing of was written after the broker's answer had been given up.
             claimed = self.keys.replace(&place, self.own(), revision);
         }
         let claimed = or_none(claimed)?;

@@ -149,7 +149,8 @@ impl Jobs {
         let files = &self.files;
         // In a store it is there if this front has put it, or a record names it: reading it would take longer than putting it.
         let is_kept =
-            if files.shared { files.scenes.size(&scene) } else { files.scenes.get(&scene).map(|_| 0) }.is_some();
+            if files.shared { files.scenes.size(&scene) } else { files.scenes.get(&scene).ok().flatten().map(|_| 0) }
+                .is_some();
         let kept = if is_kept { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
@@ -168,12 +169,7 @@ impl Jobs {
                 detail: "another front has accepted a job with this Idempotency-Key meanwhile; send it again".into(),
                 retry_after: 1,
             },
-            Refused::Failed(error) if self.records.front().is_some() => {
-                tracing::error!(%error, "a job's record cannot be written");
-                let detail = "the farm's broker or its store takes nothing now; the service's log says why";
-                Error::Busy { detail: detail.into(), retry_after: 5 }
-            }
-            Refused::Failed(error) => Error::unwritten("the job cannot be kept", &error),
+            Refused::Failed(error) => Error::io("the job cannot be kept", &error),
         })?;
         // Other fronts may have accepted jobs at the same moment: the broker's order decides which are too many.
         if let (Some(before), None) = (before, made)

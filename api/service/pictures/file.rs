@@ -99,7 +99,8 @@ impl PictureFile {
         let read = |Blob { head, body, digest }: Blob| {
             Some(Self { bytes: body, digest, meta: PictureMeta::stored(&head)?, share: None }.with(share))
         };
-        Ok(store.get(name).and_then(read))
+        let found = store.get(name).map_err(|error| Error::io("the file with the picture cannot be read", &error))?;
+        Ok(found.and_then(read))
     }
 }
 

@@ -50,7 +50,7 @@ impl Service {
         zoom: u32,
     ) -> Result<Remembered, Error> {
         let store = &self.scenes.store;
-        let unwritten = |error: io::Error| Error::unwritten("the scene cannot be remembered", &error);
+        let unwritten = |error: io::Error| Error::io("the scene cannot be remembered", &error);
         let ready = match self.scenes.cached(Some(tenant), &sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {

@@ -51,7 +51,7 @@ impl Service {
         let Some((text, format, settings)) = source.text(self) else { return Ok(None) };
         let scene = SceneSource { text: SceneSource::name_of(&text), format, settings, frame: None };
         if let Err(error) = farm.share_scene(&scene, &text) {
-            tracing::warn!(error, "a scene cannot be put into the farm's store; its picture is rendered here");
+            tracing::warn!(%error, "a scene cannot be put into the farm's store; its picture is rendered here");
             return Ok(None);
         }
         let name = Uuid::now_v7().to_string();

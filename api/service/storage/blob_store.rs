@@ -126,6 +126,11 @@ impl BlobStore {
         None
     }
 
+    /// Where they are.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Keeps bytes under a name, unless they are more than all there may be. Whoever reads it sees all of it or nothing, also after the process was killed.
     pub(crate) fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()> {
         if !(self.kind.is_name)(name) {

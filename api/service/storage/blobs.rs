@@ -7,11 +7,11 @@ use std::time::Duration;
 
 /// Bytes by name, each with a head that can be read alone. They may take their time: not for threads of a runtime.
 pub(crate) trait Blobs: fmt::Debug + Send + Sync {
-    /// What is kept by a name, if it is there and whole.
-    fn get(&self, name: &str) -> Option<Blob>;
+    /// What is kept by a name, if it is there and whole. It fails if that cannot be known now.
+    fn get(&self, name: &str) -> io::Result<Option<Blob>>;
 
     /// The head alone.
-    fn head(&self, name: &str) -> Option<Vec<u8>>;
+    fn head(&self, name: &str) -> io::Result<Option<Vec<u8>>>;
 
     /// Keeps bytes under a name.
     fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()>;
@@ -24,6 +24,11 @@ pub(crate) trait Blobs: fmt::Debug + Send + Sync {
 
     /// Bytes of all that is kept.
     fn bytes(&self) -> u64;
+
+    /// Whether the place where they are kept is there.
+    fn is_there(&self) -> bool {
+        true
+    }
 
     /// Another process has kept bytes under a name.
     fn learn(&self, _name: &str, _bytes: u64) {}
@@ -43,12 +48,12 @@ pub(crate) trait Blobs: fmt::Debug + Send + Sync {
 }
 
 impl Blobs for BlobStore {
-    fn get(&self, name: &str) -> Option<Blob> {
-        self.get(name)
+    fn get(&self, name: &str) -> io::Result<Option<Blob>> {
+        Ok(self.get(name))
     }
 
-    fn head(&self, name: &str) -> Option<Vec<u8>> {
-        self.head(name)
+    fn head(&self, name: &str) -> io::Result<Option<Vec<u8>>> {
+        Ok(self.head(name))
     }
 
     fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()> {
@@ -65,6 +70,10 @@ impl Blobs for BlobStore {
 
     fn bytes(&self) -> u64 {
         self.bytes()
+    }
+
+    fn is_there(&self) -> bool {
+        self.folder().is_dir()
     }
 
     fn own_names(&self) -> Vec<String> {

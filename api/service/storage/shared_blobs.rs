@@ -4,6 +4,7 @@
 use super::blob_store::{Blob, Prefix};
 use super::blobs::Blobs;
 use super::objects::{ObjectError, Objects};
+use crate::service::error::unreachable;
 use parking_lot::Mutex;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -43,43 +44,44 @@ impl SharedBlobs {
         format!("{}/{name}", self.folder)
     }
 
-    fn read(&self, path: &str, most: u64) -> Option<Vec<u8>> {
-        let found = self.runtime.block_on(self.objects.get(path, most));
-        found.unwrap_or_else(|error| {
+    fn read(&self, path: &str, most: u64) -> io::Result<Option<Vec<u8>>> {
+        self.runtime.block_on(self.objects.get(path, most)).or_else(|error| {
             tracing::warn!(path, %error, "a blob cannot be read");
-            None
+            if matches!(error, ObjectError::Store(_)) { Err(unreachable(error)) } else { Ok(None) }
         })
     }
 
-    fn about(&self, name: &str) -> Option<(Prefix, Vec<u8>)> {
-        let bytes = self.read(&self.path(&format!("{name}{ABOUT}")), HEAD_BYTES)?;
+    fn about(&self, name: &str) -> io::Result<Option<(Prefix, Vec<u8>)>> {
+        let Some(bytes) = self.read(&self.path(&format!("{name}{ABOUT}")), HEAD_BYTES)? else { return Ok(None) };
         let about = Prefix::read(&mut bytes.as_slice(), bytes.len() as u64, name).ok().flatten();
         if about.is_none() {
             tracing::warn!(name, "a blob is damaged");
         }
-        about
+        Ok(about)
     }
 }
 
 impl Blobs for SharedBlobs {
-    fn get(&self, name: &str) -> Option<Blob> {
-        if self.named_by_digest {
-            let body = self.read(&self.path(name), u64::MAX)?;
-            let digest = Sha256::digest(&body).into();
-            return Some(Blob { head: Vec::new(), body, digest });
+    fn get(&self, name: &str) -> io::Result<Option<Blob>> {
+        let about = if self.named_by_digest { None } else { self.about(name)? };
+        if about.is_none() && !self.named_by_digest {
+            return Ok(None);
         }
-        let (prefix, head) = self.about(name)?;
-        let body = self.read(&self.path(name), u64::MAX)?;
+        let Some(body) = self.read(&self.path(name), u64::MAX)? else { return Ok(None) };
+        let Some((prefix, head)) = about else {
+            let digest = Sha256::digest(&body).into();
+            return Ok(Some(Blob { head: Vec::new(), body, digest }));
+        };
         let digest = prefix.body;
         let is_whole = Sha256::digest(&body)[..] == digest;
         if !is_whole {
             tracing::warn!(name, "a blob is damaged");
         }
-        is_whole.then_some(Blob { head, body, digest })
+        Ok(is_whole.then_some(Blob { head, body, digest }))
     }
 
-    fn head(&self, name: &str) -> Option<Vec<u8>> {
-        self.about(name).map(|(_, head)| head)
+    fn head(&self, name: &str) -> io::Result<Option<Vec<u8>>> {
+        Ok(self.about(name)?.map(|(_, head)| head))
     }
 
     /// Who finds the head finds the bytes.
@@ -93,7 +95,7 @@ impl Blobs for SharedBlobs {
             }
             Ok(())
         };
-        put_both().map_err(|error| io::Error::other(error.to_string()))?;
+        put_both().map_err(unreachable)?;
         self.learn(name, body.len() as u64);
         Ok(())
     }

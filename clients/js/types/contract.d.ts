@@ -232,7 +232,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a render that does not stop, nor one that cannot write the records of jobs. */
+        /** Whether the service takes work. A busy service is ready; one that is about to stop is not, nor one with a render that does not stop, nor one that cannot write the records or files of jobs. */
         get: operations["readyz"];
         put?: never;
         post?: never;
@@ -3853,7 +3853,7 @@ export interface components {
             running: number;
             /**
              * @description `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the disk does
-             *     not take the records of jobs).
+             *     not take the records of jobs, or the folders of their files are gone).
              */
             status: string;
             /**

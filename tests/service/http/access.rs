@@ -1,5 +1,7 @@
 //! Who may do what: keys, scopes, quotas, capabilities, pages of other origins, and who is not let in at all.
 
+use super::job_events::Events;
+use super::jobs::{ENDLESS, body, text};
 use crate::common::service::{Answer, NO_TIMEOUT, PATIENCE, Service, request};
 use crate::common::{BALL, SLOW};
 use serde_json::json;
@@ -86,6 +88,50 @@ fn keys_come_and_go_without_a_restart() {
         assert!(started.elapsed() < PATIENCE, "a key that was taken away still opens");
     }
     service.wait_for_log("there are no keys any more");
+}
+
+#[test]
+fn a_stream_ends_with_its_key() {
+    let file = KeyFile::new("stream_of_key", "");
+    let without = std::fs::read_to_string(&file.0).unwrap();
+    let key = file.key("acme", "jobs,read");
+    let service = file.serve(&[]);
+    let mut events = Events::at(&service, "/v1/events", &[("Authorization", &key)]);
+    keyed(&service, &key, "POST", "/v1/jobs", &body(SLOW, ENDLESS));
+    assert_eq!(events.next_of_several().unwrap().0, "created");
+    std::fs::write(&file.0, without).unwrap();
+    // The job goes on for minutes, and tells of each of its tiles.
+    while events.next_of_several().is_some() {}
+    assert_eq!(keyed(&service, &key, "GET", "/v1/me", "").status, 401);
+}
+
+#[test]
+fn a_tenant_leaves_connections_to_others_while_it_waits() {
+    let file = KeyFile::new("waits", "");
+    let (many, one) = (file.key("many", "jobs,read"), file.key("one", "jobs,read"));
+    let service = file.serve(&["--max-connections", "8"]);
+    let job = keyed(&service, &many, "POST", "/v1/jobs", &body(SLOW, ENDLESS)).json();
+    let path = format!("/v1/jobs/{}", text(&job["id"]));
+    let wait = [("Authorization", many.as_str()), ("Prefer", "wait=60")];
+    let waiting: Vec<_> = (0..2)
+        .map(|_| {
+            let mut stream = service.connect();
+            stream.write_all(&request("GET", &path, &wait, b"")).unwrap();
+            stream
+        })
+        .collect();
+    let started = Instant::now();
+    loop {
+        let refused = service.send("GET", &path, &[("Authorization", &many), ("Prefer", "wait=1")], b"");
+        if refused.status == 429 {
+            assert!(refused.problem(429, "rate-limited")["detail"].as_str().unwrap().contains("/v1/events"));
+            break;
+        }
+        assert!(started.elapsed() < PATIENCE, "two requests wait, and a third one may, too");
+    }
+    assert_eq!(keyed(&service, &many, "GET", &path, "").status, 200, "who does not wait is answered");
+    assert_eq!(keyed(&service, &one, "GET", "/v1/me", "").status, 200);
+    drop(waiting);
 }
 
 #[test]

@@ -2,12 +2,13 @@
 //! spoilt.
 
 use super::jobs::{LONG, ended, job, mirrors, submit, succeeded, text, until};
-use crate::common::service::Service;
+use crate::common::service::{PATIENCE, Service};
 use crate::common::{BALL, SLOW};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// The exit code and the words of a service that does not start.
 fn refused(flags: &[&str]) -> (Option<i32>, String) {
@@ -40,6 +41,25 @@ fn names(folder: &Path, part: &str) -> Vec<String> {
 /// A service with a folder for jobs.
 fn start(data: &Path) -> Service {
     Service::start(&["--data", data.to_str().unwrap()])
+}
+
+#[test]
+fn a_service_without_its_folders_is_not_ready() {
+    let root = tempfile::tempdir().unwrap();
+    let service = start(root.path());
+    let (pictures, away) = (root.path().join("pictures"), root.path().join("away"));
+    let wait_for = |status: &str| {
+        let started = Instant::now();
+        while service.get("/readyz").json()["status"] != status {
+            assert!(started.elapsed() < PATIENCE, "the service is not {status}");
+        }
+    };
+    wait_for("ready");
+    fs::rename(&pictures, &away).unwrap();
+    wait_for("unwritable");
+    assert_eq!(service.get("/readyz").status, 503);
+    fs::rename(&away, &pictures).unwrap();
+    wait_for("ready");
 }
 
 #[test]

@@ -157,6 +157,14 @@ fn an_idempotency_key_makes_one_job_of_many_submissions() {
     // A submission that was refused leaves its key free.
     send("k3", "{}").problem(422, "invalid-scene");
     assert_eq!(send("k3", BALL).status, 202);
+    // Who sends it again waits as the first time.
+    let wait = [("Idempotency-Key", "k4"), ("Prefer", "wait=60")];
+    let pictures = [(); 2].map(|()| with(&service, "POST", "/v1/render", &wait, BALL));
+    assert!(pictures.iter().all(|picture| picture.status == 200 && picture.body == pictures[0].body), "{pictures:?}");
+    let jobs = [(); 2].map(|()| with(&service, "POST", "/v1/jobs", &wait[1..], &body(BALL, "")).json());
+    assert!(jobs.iter().all(|job| job["state"] == "succeeded"), "{jobs:?}");
+    let again = [("Idempotency-Key", "k1"), ("Prefer", "wait=60")];
+    assert_eq!(with(&service, "POST", "/v1/jobs", &again, &body(BALL, "")).json()["state"], "succeeded");
 }
 
 #[test]

@@ -103,7 +103,7 @@ async fn cancel(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Resul
 
 /// The change cannot be written where records live.
 fn not_kept(error: io::Error) -> Problem {
-    Error::unwritten("the change cannot be kept", &error).into()
+    Error::io("the change cannot be kept", &error).into()
 }
 
 /// It has ended, so there is nothing to change.

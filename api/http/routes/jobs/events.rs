@@ -9,7 +9,9 @@ use crate::service::concurrency_limit::Permit;
 use crate::service::jobs::record::{Record, State as JobState};
 use crate::service::jobs::{Event, Job, Watcher};
 use axum::Extension;
+use axum::body::Body;
 use axum::http::HeaderName;
+use axum::http::request::Parts;
 use axum::response::sse::{self, KeepAlive, Sse};
 use futures_util::stream;
 use serde_json::json;
@@ -18,11 +20,13 @@ use std::convert::Infallible;
 use std::future::poll_fn;
 use std::mem;
 use std::task::Poll;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
 /// Silence after which a comment is sent, which shows that the stream is alive.
 const HEARTBEAT: Duration = Duration::from_secs(15);
+/// Time after which the key of who reads a stream is looked at again.
+const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 /// Time after which a browser connects again when the stream has ended.
 const RETRY: Duration = Duration::from_secs(2);
 /// Most jobs of one stream.
@@ -88,7 +92,7 @@ async fn of_job(
     request: Request,
 ) -> Result<Response, Problem> {
     let since = Query::read(request.uri(), since)?;
-    stream_of(&app, &tenant, request.headers(), since, vec![job])
+    stream_of(Reader::new(&app, tenant, request), since, vec![job])
 }
 
 async fn of_jobs(
@@ -97,25 +101,46 @@ async fn of_jobs(
     request: Request,
 ) -> Result<Response, Problem> {
     let Wanted { ids, label, since } = Query::read(request.uri(), wanted)?;
+    let reader = Reader::new(&app, tenant, request);
     if ids.is_empty() {
-        return stream_of_all(&app, tenant, label);
+        return stream_of_all(reader, label);
     }
     let mut jobs = Vec::with_capacity(ids.len());
     for id in &ids {
-        jobs.push(find(&app, &tenant, id).await?);
+        jobs.push(find(&app, &reader.tenant, id).await?);
     }
-    stream_of(&app, &tenant, request.headers(), since, jobs)
+    stream_of(reader, since, jobs)
+}
+
+/// Who reads a stream.
+struct Reader {
+    app: App,
+    tenant: Arc<Tenant>,
+    request: Parts,
+    /// When its key was looked at.
+    looked: Instant,
+}
+
+impl Reader {
+    fn new(app: &App, tenant: Arc<Tenant>, request: Request) -> Self {
+        Self { app: Arc::clone(app), tenant, request: request.into_parts().0, looked: Instant::now() }
+    }
+
+    /// Whether its key or capability is still what it was when the stream began.
+    fn is_known(&mut self) -> bool {
+        if self.looked.elapsed() < BETWEEN_LOOKS {
+            return true;
+        }
+        self.looked = Instant::now();
+        let request = Request::from_parts(self.request.clone(), Body::empty());
+        let now = self.app.access.tenant(&request);
+        now.is_ok_and(|now| now.is_some_and(|now| now.name == self.tenant.name && now.scopes == self.tenant.scopes))
+    }
 }
 
 /// The stream of events of some jobs.
-fn stream_of(
-    app: &App,
-    tenant: &Tenant,
-    headers: &HeaderMap,
-    since: Option<String>,
-    jobs: Vec<Arc<Job>>,
-) -> Result<Response, Problem> {
-    let last = headers.get("last-event-id").and_then(|id| id.to_str().ok()).map(str::to_owned);
+fn stream_of(reader: Reader, since: Option<String>, jobs: Vec<Arc<Job>>) -> Result<Response, Problem> {
+    let last = reader.request.headers.get("last-event-id").and_then(|id| id.to_str().ok()).map(str::to_owned);
     let seen = last.or(since).map_or_else(Vec::new, |id| numbers(&id));
     // An id with numbers of other jobs is of no use.
     let seen = if seen.len() == jobs.len() { seen } else { vec![None; jobs.len()] };
@@ -123,30 +148,32 @@ fn stream_of(
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let jobs = jobs.into_iter().zip(seen).map(|(job, seen)| Watched::new(job, seen, true)).collect();
-    answer(app, tenant, jobs, None)
+    answer(reader, jobs, None)
 }
 
 /// The stream of events of all jobs of a tenant.
-fn stream_of_all(app: &App, tenant: Arc<Tenant>, label: Option<String>) -> Result<Response, Problem> {
+fn stream_of_all(reader: Reader, label: Option<String>) -> Result<Response, Problem> {
+    let (app, tenant) = (&reader.app, Arc::clone(&reader.tenant));
     let changes = app.service.jobs.changes();
     let newest = app.service.jobs.list(None, 1, |_| true).first().map(|job| job.record().id.clone());
     let known = HashSet::new();
-    let mut all = All { app: Arc::clone(app), tenant: Arc::clone(&tenant), label, changes, looked: 0, newest, known };
+    let mut all = All { app: Arc::clone(app), tenant, label, changes, looked: 0, newest, known };
     let mut watching = Vec::new();
     for job in all.open() {
         all.known.insert(job.record().id.clone());
         watching.push(Watched::new(job, None, false));
     }
-    answer(app, &tenant, watching, Some(all))
+    answer(reader, watching, Some(all))
 }
 
-fn answer(app: &App, tenant: &Tenant, jobs: Vec<Watched>, all: Option<All>) -> Result<Response, Problem> {
+fn answer(reader: Reader, jobs: Vec<Watched>, all: Option<All>) -> Result<Response, Problem> {
+    let Reader { app, tenant, .. } = &reader;
     let permit = app.streams.enter(tenant.name.clone(), tenant.quotas.streams).ok_or_else(|| {
         let detail = format!("you have {} event streams open (streams of your tenant)", tenant.quotas.streams);
         Problem::new(Kind::RateLimited, detail).retry_after(5)
     })?;
-    let watching =
-        Watching { draining: app.drain.watch(), _permit: permit, jobs, all, news: VecDeque::new(), ended: false };
+    let draining = app.drain.watch();
+    let watching = Watching { reader, draining, _permit: permit, jobs, all, news: VecDeque::new(), ended: false };
     let retry = stream::once(async { Ok::<_, Infallible>(sse::Event::default().retry(RETRY)) });
     let events = stream::StreamExt::chain(retry, stream::unfold(watching, Watching::step));
     let headers = [(header::CACHE_CONTROL, "no-store"), (HeaderName::from_static("x-accel-buffering"), "no")];
@@ -160,6 +187,7 @@ fn numbers(id: &str) -> Vec<Option<u64>> {
 
 /// A stream of events.
 struct Watching {
+    reader: Reader,
     jobs: Vec<Watched>,
     /// All jobs of a tenant, if it is about all.
     all: Option<All>,
@@ -175,6 +203,9 @@ impl Watching {
     /// The next event.
     async fn step(mut self) -> Option<(Result<sse::Event, Infallible>, Self)> {
         loop {
+            if !self.reader.is_known() {
+                return None;
+            }
             if let Some(news) = self.news.pop_front() {
                 return Some((Ok(news), self));
             }
@@ -248,6 +279,8 @@ impl Watching {
         });
         tokio::select! {
             () = any => Some(false),
+            // A silent stream of a key that is gone ends, too.
+            () = tokio::time::sleep(HEARTBEAT) => Some(false),
             begun = self.draining.wait_for(|draining| *draining) => begun.ok().map(|_| true),
         }
     }

@@ -7,7 +7,7 @@ use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::body;
 use crate::http::respond::elsewhere::elsewhere;
-use crate::http::respond::job::{encode_png, no_picture, patiently, render_again};
+use crate::http::respond::job::{encode_png, no_picture, patiently, render_again, waiting_permit};
 use crate::http::respond::sequence::sheet;
 use crate::service::jobs::record::State as JobState;
 use crate::service::jobs::{Job, PREVIEW_SIDE};
@@ -68,6 +68,7 @@ pub(super) async fn preview(
         // Who does not ask for another waits for the first.
         is_there && (is_other || asked.is_none())
     };
+    let _permit = if is_new(&job) { None } else { Some(waiting_permit(&app, &tenant)?) };
     let _watcher = job.watch();
     let mut bell = job.events.bell();
     let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };

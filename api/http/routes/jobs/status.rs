@@ -35,10 +35,14 @@ struct JobList {
     next: Option<String>,
 }
 
-async fn job(State(app): State<App>, NamedJob { job, .. }: NamedJob, headers: HeaderMap) -> Result<Response, Problem> {
+async fn job(
+    State(app): State<App>,
+    NamedJob { job, tenant }: NamedJob,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
     let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
     if let Some(wait) = prefer.wait {
-        until_final(&app, &job, wait).await;
+        until_final(&app, &tenant, &job, wait).await?;
     }
     let mut response = shown(&app, &job).await.into_response();
     prefer.add_applied(response.headers_mut());

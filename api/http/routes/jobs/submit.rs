@@ -9,6 +9,7 @@ use crate::http::respond::job::{JobView, until_final};
 use crate::http::respond::submission::{Claimed, accepted, claim, submitted, wishes_of};
 use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
+use crate::service::jobs::Job;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::cache::Form;
 use crate::service::scheduler::task::PRIORITY;
@@ -120,8 +121,9 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
         _ => Some(of_file(query, format)?),
     };
     let said = parts.uri.query().filter(|_| of_file.is_some()).unwrap_or_default();
+    let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
     let claim = match claim(&app, &tenant, &parts.headers, &[said.as_bytes(), text.as_ref()].concat()).await? {
-        Claimed::Before(job) => return Ok(accepted(&app, &job, true, Prefer::default()).await),
+        Claimed::Before(job) => return waited_for(&app, &tenant, &job, true, prefer).await,
         Claimed::Now(claim) => claim,
     };
     let wanted = match of_file {
@@ -135,11 +137,21 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     };
     drop(text);
     let job = submitted(&app, &tenant, wanted, claim).await?;
-    let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
+    waited_for(&app, &tenant, &job, false, prefer).await
+}
+
+/// The answer about a job, once it has ended or the client does not want to wait any longer.
+async fn waited_for(
+    app: &App,
+    tenant: &Tenant,
+    job: &Arc<Job>,
+    is_replay: bool,
+    prefer: Prefer,
+) -> Result<Response, Problem> {
     if let Some(wait) = prefer.wait {
-        until_final(&app, &job, wait).await;
+        until_final(app, tenant, job, wait).await?;
     }
-    Ok(accepted(&app, &job, false, prefer).await)
+    Ok(accepted(app, job, is_replay, prefer).await)
 }
 
 /// What the query says of a job whose body is a model or NFF.

@@ -8,13 +8,14 @@ use crate::service::limits::DeliverySettings;
 use crate::service::tls;
 use futures_util::future::BoxFuture;
 use reqwest::dns::{Addrs, Name, Resolve, Resolving};
+use reqwest::header::RETRY_AFTER;
 use reqwest::{Client, StatusCode, Url, redirect};
 use std::error::Error;
 use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, LazyLock};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// Bytes of an answer that are read, so that the connection ends in order. Nothing is done with them.
 const ANSWER_BYTES: usize = 64 << 10;
@@ -126,8 +127,8 @@ impl Receivers {
             .body(message.body.to_owned());
         let mut answer = request.send().await.map_err(|error| later(reason(&error)))?;
         let status = answer.status();
-        let wait = answer.headers().get("retry-after").and_then(|wait| wait.to_str().ok()?.parse().ok());
-        let wait = Duration::from_secs(wait.unwrap_or(0)).min(LONGEST_WAIT);
+        let wait = answer.headers().get(RETRY_AFTER).and_then(|wait| wait_of(wait.to_str().ok()?));
+        let wait = wait.unwrap_or(Duration::ZERO).min(LONGEST_WAIT);
         let mut read = 0;
         while read < ANSWER_BYTES
             && let Ok(Some(bytes)) = answer.chunk().await
@@ -138,11 +139,18 @@ impl Receivers {
             status if status.is_success() => Ok(()),
             StatusCode::GONE => Err(Refusal::Never("the receiver answered 410 Gone".into())),
             status if status.is_redirection() => {
-                Err(later(format!("the receiver answered {status}; redirects are not followed")))
+                Err(Refusal::Later(format!("the receiver answered {status}; redirects are not followed"), wait))
             }
             status => Err(Refusal::Later(format!("the receiver answered {status}"), wait)),
         }
     }
+}
+
+/// How long a `Retry-After` asks to wait: seconds, or until a date (RFC 9110, 10.2.3).
+fn wait_of(text: &str) -> Option<Duration> {
+    let seconds = text.parse().ok().map(Duration::from_secs);
+    let until = || Some(httpdate::parse_http_date(text).ok()?.duration_since(SystemTime::now()).unwrap_or_default());
+    seconds.or_else(until)
 }
 
 impl fmt::Debug for Receivers {

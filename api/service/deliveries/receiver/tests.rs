@@ -86,6 +86,27 @@ async fn a_message_arrives_signed() {
 }
 
 #[tokio::test]
+async fn a_receiver_says_when_to_send_again() {
+    let receivers = Receivers::new(&settings(&LOCAL));
+    let date = |seconds| httpdate::fmt_http_date(SystemTime::now() + Duration::from_secs(seconds));
+    for (status, value, seconds) in [
+        ("503 Busy", "60".to_owned(), 59..61),
+        ("503 Busy", date(60), 57..61),
+        ("307 Elsewhere", "60".to_owned(), 59..61),
+        ("503 Busy", date(0), 0..1),
+        ("503 Busy", "soon".to_owned(), 0..1),
+        ("503 Busy", date(100_000), 3_600..3_601),
+    ] {
+        let answer = format!("HTTP/1.1 {status}\r\nRetry-After: {value}\r\nContent-Length: 0\r\n\r\n");
+        let (port, _) = receiver(answer).await;
+        match send(&receivers, &format!("http://127.0.0.1:{port}/")).await {
+            Err(Refusal::Later(_, wait)) => assert!(seconds.contains(&wait.as_secs()), "{value}: {wait:?}"),
+            other => panic!("{value}: {other:?}"),
+        }
+    }
+}
+
+#[tokio::test]
 async fn what_is_inside_is_not_reached_by_any_name() {
     let (port, seen) = receiver("HTTP/1.1 204 No Content\r\n\r\n").await;
     let receivers = Receivers::new(&settings(&["--webhook-http"]));

@@ -21,6 +21,10 @@ use std::time::Duration;
 const MARKER: &str = "strahl-store.json";
 /// What is in it: the version of the names.
 const MARKER_TEXT: &[u8] = b"{\"v\":1}\n";
+/// How long a store may take to answer, beside the time of the bytes.
+const ANSWER: Duration = Duration::from_secs(10);
+/// Bytes that a store takes or gives in a second at least.
+const SLOWEST: u64 = 1 << 20;
 /// How long a store may take to answer at the start.
 const START: Duration = Duration::from_secs(30);
 /// Bytes of a name; S3 takes 1,024 with the prefix.
@@ -124,7 +128,7 @@ impl Objects {
         }
         let prefix = if prefix.is_empty() { Name::default() } else { plain(prefix).map_err(|error| wrong(&error))? };
         let timeout = AmazonS3ConfigKey::Client(ClientConfigKey::Timeout);
-        // The time of one request with its bytes: of the crate's 30 s a scene of some 100 MB has not enough.
+        // The time of one request with its bytes: of the crate's 30 s a scene of some 100 MB has not enough. `within` ends others.
         let mut builder = AmazonS3Builder::new().with_config(timeout, "300 seconds");
         for (key, value) in environment.filter(|(key, _)| key.starts_with("AWS_")) {
             if let Ok(key) = key.to_ascii_lowercase().parse() {
@@ -177,13 +181,14 @@ impl Objects {
 
     /// Puts a blob, instead of the one of that name if there is one.
     pub(crate) async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), ObjectError> {
-        self.store.put(&self.name(name)?, bytes.into()).await?;
+        let size = bytes.len() as u64;
+        within(size, self.store.put(&self.name(name)?, bytes.into())).await??;
         Ok(())
     }
 
     /// Puts a blob unless there is one of that name; whether it was put.
     pub(crate) async fn put_if_absent(&self, name: &str, bytes: Vec<u8>) -> Result<bool, ObjectError> {
-        Ok(self.create(&self.name(name)?, bytes).await?)
+        Ok(within(bytes.len() as u64, self.create(&self.name(name)?, bytes)).await??)
     }
 
     async fn create(&self, name: &Name, bytes: Vec<u8>) -> object_store::Result<bool> {
@@ -197,14 +202,14 @@ impl Objects {
 
     /// The bytes of a blob, if it is there. If its name is a SHA-256, they have that.
     pub(crate) async fn get(&self, name: &str, max: u64) -> Result<Option<Vec<u8>>, ObjectError> {
-        let found = match self.store.get(&self.name(name)?).await {
+        let found = match within(0, self.store.get(&self.name(name)?)).await? {
             Err(object_store::Error::NotFound { .. }) => return Ok(None),
             found => found?,
         };
         if found.meta.size > max {
             return Err(ObjectError::TooLarge { bytes: found.meta.size, max });
         }
-        let bytes = Vec::from(found.bytes().await?);
+        let bytes = Vec::from(within(found.meta.size, found.bytes()).await??);
         match digest_of(name) {
             Some(digest) if Sha256::digest(&bytes)[..] != digest => Err(ObjectError::Damaged(name.to_owned())),
             _ => Ok(Some(bytes)),
@@ -213,7 +218,7 @@ impl Objects {
 
     /// Whether there is a blob of that name.
     pub(crate) async fn exists(&self, name: &str) -> Result<bool, ObjectError> {
-        match self.store.head(&self.name(name)?).await {
+        match within(0, self.store.head(&self.name(name)?)).await? {
             Err(object_store::Error::NotFound { .. }) => Ok(false),
             found => Ok(found.map(|_| true)?),
         }
@@ -222,12 +227,12 @@ impl Objects {
     /// Whether there is any blob below a name.
     pub(crate) async fn has_any(&self, folder: &str) -> Result<bool, ObjectError> {
         let folder = self.name(folder)?;
-        Ok(self.store.list(Some(&folder)).next().await.transpose()?.is_some())
+        Ok(within(0, self.store.list(Some(&folder)).next()).await?.transpose()?.is_some())
     }
 
     /// Gives a blob another name, if there is one of the first.
     pub(crate) async fn rename(&self, from: &str, to: &str) -> Result<(), ObjectError> {
-        match self.store.rename(&self.name(from)?, &self.name(to)?).await {
+        match within(0, self.store.rename(&self.name(from)?, &self.name(to)?)).await? {
             Err(object_store::Error::NotFound { .. }) => Ok(()),
             renamed => Ok(renamed?),
         }
@@ -235,7 +240,7 @@ impl Objects {
 
     /// Deletes a blob, if there is one of that name.
     pub(crate) async fn delete(&self, name: &str) -> Result<(), ObjectError> {
-        match self.store.delete(&self.name(name)?).await {
+        match within(0, self.store.delete(&self.name(name)?)).await? {
             Err(object_store::Error::NotFound { .. }) => Ok(()),
             deleted => Ok(deleted?),
         }
@@ -250,6 +255,13 @@ impl Objects {
         let name = plain(name)?;
         Ok(if self.prefix.as_ref().is_empty() { name } else { self.prefix.parts().chain(name.parts()).collect() })
     }
+}
+
+/// What a store answers, unless it takes too long for so many bytes: one that is silent holds up neither requests nor jobs.
+async fn within<T>(bytes: u64, answer: impl Future<Output = T>) -> Result<T, ObjectError> {
+    let limit = ANSWER + Duration::from_secs(bytes / SLOWEST);
+    let silent = |_| ObjectError::Store(format!("the store has not answered within {} s", limit.as_secs()));
+    tokio::time::timeout(limit, answer).await.map_err(silent)
 }
 
 /// A name of plain parts: nothing that a file system or a URL reads in another way.

@@ -2005,7 +2005,7 @@ class Readiness(TypedDict):
     # Requests under way.
     running: int
     # `ready`, `draining`, `stalled` (a render does not notice that it was paused or cancelled) or `unwritable` (the
-    # disk does not take the records of jobs).
+    # disk does not take the records of jobs, or the folders of their files are gone).
     status: str
     # Requests that wait.
     waiting: int
