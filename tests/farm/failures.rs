@@ -48,7 +48,7 @@ fn all_nodes_end_and_new_ones_go_on() {
     assert!(farm.picture(&id).body == alone("", MIRRORS));
 }
 
-/// A store that does not take anything for a while, here a folder that is none any more.
+/// A store that is not there for a while, as a folder that is mounted late.
 #[test]
 fn a_store_that_fails_and_comes_back_loses_nothing() {
     let Some(farm) = Farm::start(&[]) else { return };
@@ -59,8 +59,7 @@ fn a_store_that_fails_and_comes_back_loses_nothing() {
     farm.wait_for_share(&id, 0.1);
     let (store, away) = (farm.store.path().to_owned(), farm.store.path().with_extension("away"));
     std::fs::rename(&store, &away).unwrap();
-    std::fs::write(&store, "no folder").unwrap();
-    wait_until("the job waits", || farm.front.log().contains("a job waits until what it has to write can be written"));
+    wait_until("the job waits", || farm.front.log().contains("a job waits until its files can be read and written"));
     assert_eq!(farm.job(&id)["state"], "running");
     for answer in [
         farm.front.get(&format!("/v1/jobs/{before}/image")),
@@ -69,7 +68,7 @@ fn a_store_that_fails_and_comes_back_loses_nothing() {
         assert_eq!((answer.status, answer.header("retry-after")), (503, "5"), "{}", answer.text());
     }
     assert_eq!(farm.job(&before)["state"], "succeeded", "what is known without the store is answered");
-    std::fs::remove_file(&store).unwrap();
+    assert!(!store.exists(), "nothing is put where the store was");
     std::fs::rename(&away, &store).unwrap();
     assert!(farm.picture(&id).body == alone("", MIRRORS));
     farm.picture(&before);
@@ -108,7 +107,10 @@ fn what_is_asked_without_a_broker_can_be_asked_again() {
     }
     farm.broker.restart();
     wait_until("the key can be used", || send(&farm, "POST", "/v1/jobs", &job).status == 202);
-    wait_until("the job can be deleted", || send(&farm, "DELETE", &format!("/v1/jobs/{id}"), "").status == 204);
+    // The one without an answer may have been written all the same.
+    wait_until("the job can be deleted", || {
+        [204, 404].contains(&send(&farm, "DELETE", &format!("/v1/jobs/{id}"), "").status)
+    });
 }
 
 /// T5 and T14: the same work twice is stored once, and work that the broker has lost is sent again within its window for

@@ -7,6 +7,7 @@ use super::put;
 use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
+use crate::service::ANONYMOUS;
 use crate::service::clock::unix_time;
 use crate::service::concurrency_limit::Permit;
 use crate::service::deliveries::report_of;
@@ -280,7 +281,8 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
         let (app, record) = (Arc::clone(app), job.record().clone());
         let (rays, ms) = (record.estimate_rays, record.estimate_ms);
         let frames = blocking(move || app.service.jobs.frame_reports(&record)).await;
-        view.sequence = frames.ok().map(|(frames, warnings)| SequenceReport::of(&frames, warnings, rays, ms));
+        view.sequence =
+            frames.ok().and_then(Result::ok).map(|(frames, warnings)| SequenceReport::of(&frames, warnings, rays, ms));
     } else if view.state == JobState::Succeeded {
         let (app, job) = (Arc::clone(app), Arc::clone(job));
         let meta = blocking(move || app.service.jobs.meta(&job)).await;
@@ -372,9 +374,9 @@ pub(crate) async fn patiently<T>(app: &AppState, patience: Duration, wait: impl 
 }
 
 /// A place among the requests of a tenant that wait for jobs. They have a quarter of all connections, so that no tenant takes
-/// those of others.
+/// those of others. Without keys there are no tenants.
 pub(crate) fn waiting_permit(app: &AppState, tenant: &Tenant) -> Result<Permit<String>, Problem> {
-    let most = (app.max_connections / 4).max(1);
+    let most = if tenant.name == ANONYMOUS { u32::MAX } else { (app.max_connections / 4).max(1) };
     app.waits.enter(tenant.name.clone(), most).ok_or_else(|| {
         let detail =
             format!("{most} requests of your tenant wait for jobs: follow several in one stream, GET /v1/events");
@@ -382,7 +384,7 @@ pub(crate) fn waiting_permit(app: &AppState, tenant: &Tenant) -> Result<Permit<S
     })
 }
 
-/// Waits until a job has ended or the time is over.
+/// Waits until a job has ended or the time is over. It fails at once if too many requests of the tenant wait already.
 pub(crate) async fn until_final(
     app: &AppState,
     tenant: &Tenant,

@@ -118,7 +118,8 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             submitted(&app, &tenant, wanted, claim).await?
         }
     };
-    until_final(&app, &tenant, &job, app.service.settings.answers.timeout).await?;
+    // The job is accepted, so it is answered in any case.
+    _ = until_final(&app, &tenant, &job, app.service.settings.answers.timeout).await;
     let is_final = job.record().state.is_final();
     if !is_final {
         return Ok(accepted(&app, &job, false, Prefer::default()).await);

@@ -204,7 +204,8 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
             (submitted(&app, &tenant, wanted, claim).await?, false)
         }
     };
-    until_final(&app, &tenant, &job, prefer.wait.unwrap_or(Duration::ZERO)).await?;
+    // The job is accepted, so it is answered in any case.
+    _ = until_final(&app, &tenant, &job, prefer.wait.unwrap_or(Duration::ZERO)).await;
     if job.record().state == JobState::Succeeded {
         let mut response = picture_of(&app, &tenant, &method, &headers, &job).await?;
         Prefer { respond_async: false, ..prefer }.add_applied(response.headers_mut());

@@ -214,7 +214,7 @@ impl Courier {
         let store = self.store.as_ref().ok_or_else(|| never("the service has no --store any more"))?;
         let (jobs, of) = (Arc::clone(&self.jobs), Arc::clone(job));
         let find = move || frame.map_or_else(|| jobs.picture(&of), |number| jobs.frame(&of, number));
-        let busy = || Refusal::Later("the service has no memory for the picture".into(), Duration::ZERO);
+        let busy = || Refusal::Later("the service cannot read the picture now".into(), Duration::ZERO);
         let file = tokio::task::spawn_blocking(find).await.map_err(|_| busy())?.map_err(|_| busy())?;
         let file = file.ok_or_else(|| never("the picture is gone from the service"))?;
         if let Some(report) = &file.meta.report {

@@ -6,7 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
-use crate::service::error::{is_full, is_temporary};
+use crate::service::error::{is_full, is_temporary, unreachable};
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -149,8 +149,9 @@ impl Backend for Remote<'_> {
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
         let (owner, results) = (Owner::of(name), &self.farm.results);
         let mut after = 0;
-        let broker = |error| Stopped::Failed(Failure::internal(&format!("finished tiles cannot be read: {error}")));
-        while let Some((sequence, bytes)) = self.farm.runtime.block_on(results.next(name, after)).map_err(broker)? {
+        let next = |after| self.farm.runtime.block_on(results.next(name, after)).map_err(unreachable);
+        let stopped = |error| job.why_stopped_or(disk(&error));
+        while let Some((sequence, bytes)) = until_possible(job, || next(after)).map_err(stopped)? {
             after = sequence;
             // What is damaged is rendered again.
             if let Ok(Some((tile, _))) = owner.read(&mut bytes.as_slice(), [width, height], region) {
@@ -235,14 +236,15 @@ impl coordinator::Tiles for OfPicture<'_> {
     }
 }
 
-/// Writes what belongs to a job. While the disk is full, or the farm's store does not answer, it waits until the job is stopped.
-pub(super) fn when_it_can_be_written<T>(job: &Job, mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+/// Reads or writes what belongs to a job. While the disk is full, or the farm's broker or its store does not answer, it waits until
+/// the job is stopped.
+pub(super) fn until_possible<T>(job: &Job, mut work: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     let mut is_told = false;
     loop {
-        match write() {
+        match work() {
             Err(error) if is_temporary(&error) && !job.control().is_cancelled() => {
                 if !is_told {
-                    tracing::error!(job = job.record().id, %error, "a job waits until what it has to write can be written");
+                    tracing::error!(job = job.record().id, %error, "a job waits until its files can be read and written");
                 }
                 is_told = true;
                 thread::sleep(BETWEEN_WRITES);

@@ -37,6 +37,8 @@ struct Holding {
     bytes: u64,
     /// Bytes that it is about to write.
     wanted: u64,
+    /// Scenes of jobs that have not ended, and their bytes: they cannot be deleted.
+    waiting: HashMap<String, u64>,
     /// Jobs with pictures, and when they ended; the oldest comes last.
     finished: Vec<(Option<u64>, Arc<Job>)>,
 }
@@ -72,6 +74,9 @@ impl DiskShares {
             for name in names(&record, kinds) {
                 holding.add(&name, files.size(&name));
             }
+            if !record.state.is_final() {
+                holding.waiting.insert(record.spec.scene.clone(), files.size(&record.spec.scene));
+            }
             if record.has_picture() {
                 holding.finished.push((record.ended, Arc::clone(job)));
             }
@@ -94,6 +99,16 @@ impl DiskShares {
         let others = self.tenants.iter().filter(|(name, _)| *name != tenant);
         let kept = others.map(|(_, holding)| holding.bytes.min(self.part())).sum();
         self.budget.saturating_sub(kept)
+    }
+
+    /// Bytes of scenes of waiting jobs that a tenant may still have: all of them half of what others leave.
+    pub(super) fn room_for_waiting(&self, tenant: &str) -> u64 {
+        let (mut own, mut others) = (0, 0);
+        for (name, holding) in &self.tenants {
+            *(if name == tenant { &mut own } else { &mut others }) += holding.waiting.values().sum::<u64>();
+        }
+        let left = self.budget.saturating_sub(others);
+        if own == 0 { left } else { (left / 2).saturating_sub(own) }
     }
 
     /// The job whose picture is deleted next; none if all keep to their parts.
@@ -139,6 +154,17 @@ mod tests {
     fn there_is_room_for_what_others_need_not_keep() {
         let shares = shares(90, &[("small", 10, 0), ("large", 70, 0), ("new", 0, 0)]);
         assert_eq!(["small", "large", "new"].map(|tenant| shares.room(tenant)), [60, 80, 50]);
+    }
+
+    #[test]
+    fn what_waits_leaves_half_of_the_room_to_others() {
+        let waits = |bytes: u64| [("scene".to_owned(), bytes)].into();
+        let mut shares = shares(100, &[("large", 0, 0), ("small", 0, 0)]);
+        assert_eq!(["large", "new"].map(|tenant| shares.room_for_waiting(tenant)), [100, 100]);
+        shares.tenants.get_mut("large").unwrap().waiting = waits(40);
+        assert_eq!(["large", "small", "new"].map(|tenant| shares.room_for_waiting(tenant)), [10, 60, 60]);
+        shares.tenants.get_mut("small").unwrap().waiting = waits(20);
+        assert_eq!(["large", "small", "new"].map(|tenant| shares.room_for_waiting(tenant)), [0, 10, 40]);
     }
 
     #[test]

@@ -111,13 +111,14 @@ impl Files {
     }
 
     /// What is known about a frame.
-    pub(super) fn frame_meta(&self, id: &str, number: u32) -> Option<PictureMeta> {
-        PictureMeta::stored(&self.pictures.head(&frame_name(id, number)).ok()??)
+    pub(super) fn frame_meta(&self, id: &str, number: u32) -> io::Result<Option<PictureMeta>> {
+        let head = self.pictures.head(&frame_name(id, number))?;
+        Ok(head.and_then(|head| PictureMeta::stored(&head)))
     }
 
     /// The small picture of a frame, a PNG.
-    pub(super) fn small_frame(&self, id: &str, number: u32) -> Option<Vec<u8>> {
-        Some(self.pictures.get(&(frame_name(id, number) + PREVIEW)).ok()??.body)
+    pub(super) fn small_frame(&self, id: &str, number: u32) -> io::Result<Option<Vec<u8>>> {
+        Ok(self.pictures.get(&(frame_name(id, number) + PREVIEW))?.map(|blob| blob.body))
     }
 
     /// Puts a frame on disk: first its small picture, since the frame is finished when it is there itself.

@@ -5,7 +5,7 @@
 //! tiles are.
 
 use super::Jobs;
-use super::backend::{disk, when_it_can_be_written};
+use super::backend::{disk, until_possible};
 use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
@@ -15,6 +15,7 @@ use super::registry::pixel_bytes;
 use super::rendering::tiles_of;
 use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
 use crate::service::clock::milliseconds;
+use crate::service::error::Error;
 use crate::service::farm::Farm;
 use crate::service::pictures::warnings;
 use crate::service::scenes::cache::{Form, SentScene};
@@ -25,6 +26,7 @@ use crate::service::sequences::report::FrameReport;
 use crate::service::sequences::text::split;
 use serde_json::json;
 use serde_json::value::RawValue;
+use std::io;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -113,7 +115,7 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
 impl Film<'_> {
     /// Renders all frames that are not there, so many at a time.
     fn all(&self, at_once: usize) -> Result<(), Stopped> {
-        let missing = Mutex::new(self.take_up().into_iter());
+        let missing = Mutex::new(self.take_up()?.into_iter());
         *locked(&self.job.tiling) = Some((Instant::now(), self.job.work_done()));
         let (traced, to_write) = sync_channel(0);
         thread::scope(|scope| {
@@ -156,12 +158,13 @@ impl Film<'_> {
     }
 
     /// Counts the frames that are there; the numbers of the others.
-    fn take_up(&self) -> Vec<u32> {
+    fn take_up(&self) -> Result<Vec<u32>, Stopped> {
         let Self { jobs, job, .. } = self;
         let id = job.record().id.clone();
         let (mut missing, mut rays, mut bytes) = (Vec::new(), 0, 0);
         for number in 0..self.sequence.count() {
-            match jobs.frame_report(&id, number) {
+            let report = until_possible(job, || jobs.frame_report(&id, number));
+            match report.map_err(|error| job.why_stopped_or(disk(&error)))? {
                 Some(report) => {
                     rays += report.rays;
                     bytes += jobs.files.pictures.size(&frame_name(&id, number)).unwrap_or(0);
@@ -177,7 +180,7 @@ impl Film<'_> {
         (record.stats.rays, record.stats.picture_bytes) = (rays, bytes);
         record.stats.tiles_recovered = tiles as u64;
         record.frames.iter_mut().for_each(|frames| frames.done = done);
-        missing
+        Ok(missing)
     }
 
     /// Renders a frame, all but its file, beside others.
@@ -224,7 +227,7 @@ impl Film<'_> {
                 return Err(job.why_stopped());
             }
             let id = job.record().id.clone();
-            let kept = when_it_can_be_written(job, || jobs.files.put_frame(&id, number, &files));
+            let kept = until_possible(job, || jobs.files.put_frame(&id, number, &files));
             if let Err(error) = kept {
                 tracing::error!(%error, "a finished frame cannot be kept");
                 job.stop(disk(&error));
@@ -266,24 +269,28 @@ fn lanes(jobs: &Jobs, job: &Job, farm: Option<&Arc<Farm>>) -> u64 {
 
 impl Jobs {
     /// What is known of a finished frame; none if it is not there.
-    pub(crate) fn frame_report(&self, id: &str, number: u32) -> Option<FrameReport> {
+    fn frame_report(&self, id: &str, number: u32) -> io::Result<Option<FrameReport>> {
         let meta = self.files.frame_meta(id, number)?;
-        FrameReport::of(number, format!("/v1/jobs/{id}/frames/{number}"), &meta)
+        Ok(meta.and_then(|meta| FrameReport::of(number, format!("/v1/jobs/{id}/frames/{number}"), &meta)))
     }
 
     /// The warnings of all finished frames of a job, as one line of a header.
     pub(crate) fn frame_warnings(&self, record: &Record) -> Option<String> {
         let count = record.frames.map_or(0, |frames| frames.count);
-        let metas = (0..count).filter_map(|number| self.files.frame_meta(&record.id, number));
+        // As far as they can be read.
+        let metas = (0..count).map_while(|number| self.files.frame_meta(&record.id, number).ok()).flatten();
         let lines: Vec<_> = metas.filter_map(|meta| meta.warnings().map(str::to_owned)).collect();
         warnings::together(lines.iter().map(String::as_str))
     }
 
     /// What is known of all finished frames of a job, and their warnings. Most are those of all frames, so each is kept once.
-    pub(crate) fn frame_reports(&self, record: &Record) -> (Vec<FrameReport>, Vec<Box<RawValue>>) {
+    pub(crate) fn frame_reports(&self, record: &Record) -> Result<(Vec<FrameReport>, Vec<Box<RawValue>>), Error> {
         let count = record.frames.map_or(0, |frames| frames.count);
         let (mut reports, mut warnings) = (Vec::new(), Vec::<Box<RawValue>>::new());
-        for mut report in (0..count).filter_map(|number| self.frame_report(&record.id, number)) {
+        for number in 0..count {
+            let report = self.frame_report(&record.id, number);
+            let report = report.map_err(|error| Error::io("the frames cannot be read", &error))?;
+            let Some(mut report) = report else { continue };
             for warning in std::mem::take(&mut report.warnings) {
                 let is_told = warnings.iter().any(|told| told.get() == warning.get());
                 if (warnings.len() as u64) < PROBLEMS.max && !is_told {
@@ -292,6 +299,6 @@ impl Jobs {
             }
             reports.push(report);
         }
-        (reports, warnings)
+        Ok((reports, warnings))
     }
 }

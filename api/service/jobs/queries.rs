@@ -173,9 +173,12 @@ impl Jobs {
     }
 
     /// The small picture of a frame, a PNG.
-    pub(crate) fn small_frame(&self, job: &Job, number: u32) -> Option<Vec<u8>> {
+    pub(crate) fn small_frame(&self, job: &Job, number: u32) -> Result<Option<Vec<u8>>, Error> {
         let record = job.record().clone();
-        record.has_pictures().then(|| self.files.small_frame(&record.id, number))?
+        if !record.has_pictures() {
+            return Ok(None);
+        }
+        self.files.small_frame(&record.id, number).map_err(|error| Error::io("a frame cannot be read", &error))
     }
 
     /// The metadata of that picture.

@@ -9,6 +9,7 @@ use super::disk_shares::{DiskShares, Kinds};
 use super::job::{Job, Stopped, locked};
 use super::record::{Failure, Record, State};
 use super::registry::Registry;
+use crate::service::ANONYMOUS;
 use crate::service::limits::JobLimits;
 use std::collections::HashMap;
 use std::io;
@@ -101,6 +102,17 @@ impl Jobs {
             let written: u64 = registry.open.iter().map(|job| disk_of(&job.record())).sum();
             self.files.bytes() + written <= budget
         });
+    }
+
+    /// Whether a tenant may have another scene of a job that waits. As those cannot be deleted, it leaves some room to others.
+    pub(super) fn may_wait_with(&self, tenant: &str, bytes: u64) -> bool {
+        let budget = self.limits.data_bytes / 2;
+        // Without keys there are no others.
+        if tenant == ANONYMOUS || self.files.scenes.bytes() + bytes <= budget / 2 {
+            return true;
+        }
+        let shares = DiskShares::of(&locked(&self.registry), &self.files, Kinds::Scenes, budget, None);
+        bytes <= shares.room_for_waiting(tenant)
     }
 
     /// Deletes pictures until there is room for another scene of a tenant. False if there is none.

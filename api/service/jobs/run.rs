@@ -1,6 +1,6 @@
 //! Rendering one job, from its record to its picture, on a thread of its own.
 
-use super::backend::{Backend, Local, Remote, disk, scene_of, when_it_can_be_written};
+use super::backend::{Backend, Local, Remote, disk, scene_of, until_possible};
 use super::canvas::Canvas;
 use super::finish::code;
 use super::job::{Job, Stopped, locked};
@@ -171,7 +171,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         return Err(job.why_stopped());
     }
     let record = job.record().clone();
-    let kept = when_it_can_be_written(job, || jobs.keep_picture(&record, &finished.made, &finished.preview));
+    let kept = until_possible(job, || jobs.keep_picture(&record, &finished.made, &finished.preview));
     kept.map_err(|error| job.why_stopped_or(disk(&error)))?;
     let mut record = job.record();
     record.stats.encode_ms = milliseconds(encoding);
@@ -192,7 +192,7 @@ pub(super) fn farm_for<'a>(
     let is_remote = (1..=REMOTE_EDGE).contains(&edge) && !ready.scene.from_files;
     let farm = jobs.farm.as_ref().filter(|_| is_remote);
     if let Some(farm) = farm {
-        let shared = when_it_can_be_written(job, || farm.share_scene(&scene_of(job, None), text));
+        let shared = until_possible(job, || farm.share_scene(&scene_of(job, None), text));
         shared.map_err(|error| job.why_stopped_or(disk(&error)))?;
     }
     Ok(farm)

@@ -124,7 +124,14 @@ impl Jobs {
             );
             return Err(Error::Limit { name: "data_bytes", max, detail });
         }
-        if self.files.scenes.size(&scene).is_none() && !self.make_room_for_scene(&record.tenant, bytes) {
+        let is_new = self.files.scenes.size(&scene).is_none();
+        if is_new && made.is_none() && !self.may_wait_with(&record.tenant, bytes) {
+            let detail = "the scenes of your jobs that wait take half of the disk space that other tenants leave \
+                          (data_bytes): submit more when some have ended";
+            let retry_after = locked(&self.registry).seconds_for_a_tenth();
+            return Err(Error::TenantBusy { detail: detail.into(), retry_after });
+        }
+        if is_new && !self.make_room_for_scene(&record.tenant, bytes) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
             return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
         }

@@ -131,7 +131,7 @@ impl Service {
         let mut sheet = Sheet::new(frames.count, cell, across);
         let mut is_empty = true;
         for number in 0..frames.count {
-            if let Some(png) = self.jobs.small_frame(job, number) {
+            if let Some(png) = self.jobs.small_frame(job, number)? {
                 sheet.put(number, &png);
                 is_empty = false;
             }

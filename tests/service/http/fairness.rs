@@ -102,6 +102,24 @@ fn a_thousand_jobs_of_one_tenant_hold_up_anothers_by_no_more_than_a_round() {
 }
 
 #[test]
+fn scenes_that_wait_leave_room_for_those_of_others() {
+    let file = KeyFile::new("waiting_scenes", "");
+    let (many, one) = (file.key("many", "jobs,read"), file.key("one", "jobs,read"));
+    let service = file.serve(&["--data-bytes", "40000000"]);
+    let (many, one) = (Tenant { service: &service, key: &many }, Tenant { service: &service, key: &one });
+    // Nothing ends meanwhile: each job takes minutes.
+    let job = |bytes: usize| {
+        let scene = SLOW.replacen('{', &format!("{{{}", " ".repeat(bytes)), 1);
+        format!(r#"{{"scene": {scene}, "settings": {{ "width": 256, "height": 256, "samples": 256 }}}}"#)
+    };
+    let answers: Vec<Answer> = (0..8).map(|i| many.send("POST", "/v1/jobs", &job(2_500_000 + i))).collect();
+    assert_eq!(answers[2].status, 202, "{}", answers[2].text());
+    let refused = answers.last().unwrap();
+    assert!(text(&refused.problem(429, "rate-limited")["detail"]).contains("data_bytes"), "{refused:?}");
+    one.submit(&job(2_500_000));
+}
+
+#[test]
 fn a_tenant_has_so_many_jobs_and_streams_at_one_time() {
     let file = KeyFile::new("quotas", "[tenants.small]\njobs = 2\nstreams = 1\n");
     let (small, large) = (file.key("small", "jobs,read"), file.key("large", "jobs,read"));

@@ -126,7 +126,7 @@ impl Reader {
         Self { app: Arc::clone(app), tenant, request: request.into_parts().0, looked: Instant::now() }
     }
 
-    /// Whether its key or capability is still what it was when the stream began.
+    /// Whether its key or capability still opens what it did when the stream began.
     fn is_known(&mut self) -> bool {
         if self.looked.elapsed() < BETWEEN_LOOKS {
             return true;
@@ -134,7 +134,8 @@ impl Reader {
         self.looked = Instant::now();
         let request = Request::from_parts(self.request.clone(), Body::empty());
         let now = self.app.access.tenant(&request);
-        now.is_ok_and(|now| now.is_some_and(|now| now.name == self.tenant.name && now.scopes == self.tenant.scopes))
+        let may_all = |now: &Tenant| self.tenant.scopes.iter().all(|scope| now.may(*scope));
+        now.is_ok_and(|now| now.is_some_and(|now| now.name == self.tenant.name && may_all(&now)))
     }
 }
 

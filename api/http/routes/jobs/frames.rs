@@ -59,7 +59,7 @@ async fn list(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<
     frames_of(&job)?;
     let (frames, warnings) = {
         let (app, record) = (Arc::clone(&app), job.record().clone());
-        blocking(move || app.service.jobs.frame_reports(&record)).await?
+        blocking(move || app.service.jobs.frame_reports(&record)).await??
     };
     let (rays, ms) = {
         let record = job.record();

@@ -68,12 +68,14 @@ pub(super) async fn preview(
         // Who does not ask for another waits for the first.
         is_there && (is_other || asked.is_none())
     };
-    let _permit = if is_new(&job) { None } else { Some(waiting_permit(&app, &tenant)?) };
+    let patience = asked.unwrap_or(Duration::from_secs(u64::from(PATIENCE)));
+    let waits = !patience.is_zero() && !is_new(&job) && !job.record().state.is_final();
+    let _permit = waits.then(|| waiting_permit(&app, &tenant)).transpose()?;
     let _watcher = job.watch();
     let mut bell = job.events.bell();
     let news = async { while !is_new(&job) && !job.record().state.is_final() && bell.changed().await.is_ok() {} };
     // The newest preview is returned in either case.
-    patiently(&app, asked.unwrap_or(Duration::from_secs(u64::from(PATIENCE))), news).await;
+    patiently(&app, patience, news).await;
     let succeeded = job.record().state == JobState::Succeeded;
     if succeeded && job.record().frames.is_some() {
         return sheet(&app, &tenant, &job, None).await;

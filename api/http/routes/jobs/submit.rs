@@ -149,7 +149,8 @@ async fn waited_for(
     prefer: Prefer,
 ) -> Result<Response, Problem> {
     if let Some(wait) = prefer.wait {
-        until_final(app, tenant, job, wait).await?;
+        // The job is accepted, so it is answered in any case.
+        _ = until_final(app, tenant, job, wait).await;
     }
     Ok(accepted(app, job, is_replay, prefer).await)
 }

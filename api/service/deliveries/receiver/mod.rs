@@ -64,6 +64,21 @@ pub(crate) enum Refusal {
     Never(String),
 }
 
+/// A URL that some service could send messages to.
+pub(crate) fn read_url(url: &str) -> Result<Url, String> {
+    if url.len() > URL_BYTES {
+        return Err(format!("a webhook's url has at most {URL_BYTES} bytes"));
+    }
+    let url: Url = url.parse().map_err(|error| format!("the webhook's url cannot be read: {error}"))?;
+    if !matches!(url.scheme(), "http" | "https") {
+        return Err(format!("a webhook's url is https://, not {}://", url.scheme()));
+    }
+    if !url.username().is_empty() || url.password().is_some() {
+        return Err("a webhook's url has no user and password: messages are signed instead".into());
+    }
+    Ok(url)
+}
+
 impl Rules {
     /// Those of the settings.
     pub(crate) fn of(settings: &DeliverySettings) -> Self {
@@ -72,18 +87,9 @@ impl Rules {
 
     /// A URL that messages may be sent to, as far as it says itself. Its name is looked up when a message is sent.
     pub(crate) fn check(&self, url: &str) -> Result<Url, String> {
-        if url.len() > URL_BYTES {
-            return Err(format!("a webhook's url has at most {URL_BYTES} bytes"));
-        }
-        let url: Url = url.parse().map_err(|error| format!("the webhook's url cannot be read: {error}"))?;
-        match url.scheme() {
-            "https" => {}
-            "http" if self.plain_http => {}
-            "http" => return Err("the webhook's url is https:// here; --webhook-http accepts http://, too".into()),
-            scheme => return Err(format!("a webhook's url is https://, not {scheme}://")),
-        }
-        if !url.username().is_empty() || url.password().is_some() {
-            return Err("a webhook's url has no user and password: messages are signed instead".into());
+        let url = read_url(url)?;
+        if url.scheme() == "http" && !self.plain_http {
+            return Err("the webhook's url is https:// here; --webhook-http accepts http://, too".into());
         }
         // Addresses are not looked up.
         let address = url.host_str().and_then(|host| host.trim_matches(['[', ']']).parse().ok());

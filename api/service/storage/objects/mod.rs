@@ -24,7 +24,7 @@ const MARKER_TEXT: &[u8] = b"{\"v\":1}\n";
 /// How long a store may take to answer, beside the time of the bytes.
 const ANSWER: Duration = Duration::from_secs(10);
 /// Bytes that a store takes or gives in a second at least.
-const SLOWEST: u64 = 1 << 20;
+const SLOWEST: u64 = 256 << 10;
 /// How long a store may take to answer at the start.
 const START: Duration = Duration::from_secs(30);
 /// Bytes of a name; S3 takes 1,024 with the prefix.
@@ -179,8 +179,25 @@ impl Objects {
         Ok(())
     }
 
+    /// Looks for the marker. Without it the store itself is gone, such as a folder that is not mounted any more, and nothing is known
+    /// of what is in it.
+    async fn check(&self) -> Result<(), ObjectError> {
+        match within(0, self.store.head(&self.prefix.clone().join(MARKER))).await? {
+            Err(object_store::Error::NotFound { .. }) => {
+                Err(ObjectError::Store(format!("{} is gone: it has no {MARKER} any more", self.url)))
+            }
+            found => Ok(found.map(|_| ())?),
+        }
+    }
+
+    /// [`Self::check`] before something is written: a folder would be made anew, where it was mounted.
+    async fn check_folder(&self) -> Result<(), ObjectError> {
+        if self.is_bucket { Ok(()) } else { self.check().await }
+    }
+
     /// Puts a blob, instead of the one of that name if there is one.
     pub(crate) async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), ObjectError> {
+        self.check_folder().await?;
         let size = bytes.len() as u64;
         within(size, self.store.put(&self.name(name)?, bytes.into())).await??;
         Ok(())
@@ -188,6 +205,7 @@ impl Objects {
 
     /// Puts a blob unless there is one of that name; whether it was put.
     pub(crate) async fn put_if_absent(&self, name: &str, bytes: Vec<u8>) -> Result<bool, ObjectError> {
+        self.check_folder().await?;
         Ok(within(bytes.len() as u64, self.create(&self.name(name)?, bytes)).await??)
     }
 
@@ -203,7 +221,7 @@ impl Objects {
     /// The bytes of a blob, if it is there. If its name is a SHA-256, they have that.
     pub(crate) async fn get(&self, name: &str, max: u64) -> Result<Option<Vec<u8>>, ObjectError> {
         let found = match within(0, self.store.get(&self.name(name)?)).await? {
-            Err(object_store::Error::NotFound { .. }) => return Ok(None),
+            Err(object_store::Error::NotFound { .. }) => return self.check().await.map(|()| None),
             found => found?,
         };
         if found.meta.size > max {
@@ -219,7 +237,7 @@ impl Objects {
     /// Whether there is a blob of that name.
     pub(crate) async fn exists(&self, name: &str) -> Result<bool, ObjectError> {
         match within(0, self.store.head(&self.name(name)?)).await? {
-            Err(object_store::Error::NotFound { .. }) => Ok(false),
+            Err(object_store::Error::NotFound { .. }) => self.check().await.map(|()| false),
             found => Ok(found.map(|_| true)?),
         }
     }
