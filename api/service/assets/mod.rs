@@ -223,6 +223,11 @@ impl Assets {
         self.shelf.has(hash)
     }
 
+    /// Fails if it cannot be known now which assets there are: what is missing may only be out of reach.
+    pub(crate) fn check_store(&self) -> Result<(), Error> {
+        self.shelf.check().map_err(|error| Error::io("assets cannot be looked for", &error))
+    }
+
     /// Bytes of an asset of a tenant.
     pub(crate) fn size(&self, tenant: &str, hash: &str) -> Option<u64> {
         self.owns(tenant, hash).then(|| self.known.lock().claims.get(tenant)?.peek(hash).copied()).flatten()
@@ -251,7 +256,7 @@ impl Assets {
         };
         let failed = |error: io::Error| Error::io("the asset cannot be deleted", &error);
         let _alone = self.changes.lock();
-        let Some(bytes) = self.size(tenant, hash) else { return Ok(false) };
+        let Some(bytes) = self.size(tenant, hash) else { return self.check_store().map(|()| false) };
         needed()?;
         self.unclaim(tenant, hash).map_err(failed)?;
         if let Err(needed) = needed() {

@@ -44,6 +44,14 @@ impl Shelf {
         }
     }
 
+    /// Fails if it cannot be known what is there.
+    pub(super) fn check(&self) -> io::Result<()> {
+        match self {
+            Self::Folder(_) => Ok(()),
+            Self::Store(objects, runtime) => runtime.block_on(objects.check()).map_err(failed),
+        }
+    }
+
     /// Whether the bytes of a hash are there.
     pub(super) fn has(&self, hash: &str) -> bool {
         match self {

@@ -32,7 +32,9 @@ impl Service {
     pub(crate) async fn asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<MeteredBytes>, Error> {
         let service = Arc::clone(self);
         let read = move || {
-            let Some(bytes) = service.assets.size(&tenant, &hash) else { return Ok(None) };
+            let Some(bytes) = service.assets.size(&tenant, &hash) else {
+                return service.assets.check_store().map(|()| None);
+            };
             service.memory.read(bytes, || service.assets.get(&tenant, &hash))
         };
         self.asset_work(read).await
@@ -41,7 +43,11 @@ impl Service {
     /// Bytes of an asset of a tenant.
     pub(crate) async fn asset_size(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<u64>, Error> {
         let service = Arc::clone(self);
-        self.asset_work(move || Ok(service.assets.size(&tenant, &hash))).await
+        let look = move || match service.assets.size(&tenant, &hash) {
+            None => service.assets.check_store().map(|()| None),
+            found => Ok(found),
+        };
+        self.asset_work(look).await
     }
 
     /// Those of some hashes that a tenant has not sent.
@@ -53,7 +59,7 @@ impl Service {
         let service = Arc::clone(self);
         let look = move || {
             hashes.retain(|hash| !service.assets.owns(&tenant, hash));
-            Ok(hashes)
+            if hashes.is_empty() { Ok(hashes) } else { service.assets.check_store().map(|()| hashes) }
         };
         self.asset_work(look).await
     }

@@ -170,7 +170,12 @@ impl Service {
         };
         let lacking = assets.iter().filter(|hash| !self.assets.owns(&tenant, hash));
         let problems: Vec<Problem> = lacking.map(|hash| Problem::missing_asset("", hash)).collect();
-        if problems.is_empty() { Ok(()) } else { Err(Error::Scene(Problems(problems))) }
+        // While the store is out of reach, the job waits for it.
+        if problems.is_empty() || self.assets.check_store().is_err() {
+            Ok(())
+        } else {
+            Err(Error::Scene(Problems(problems)))
+        }
     }
 
     /// The picture of a job that has succeeded. If its file is damaged or gone it is rendered again, to the same bytes; none

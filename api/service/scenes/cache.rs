@@ -383,7 +383,7 @@ impl SceneCache {
             };
             let loaded = load_if(text, format, overrides, &room, accept);
             room.refusal()?;
-            loaded.map_err(Error::from)
+            loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(build)??;
         let base = room.base();
@@ -425,7 +425,7 @@ impl SceneCache {
             };
             let loaded = load(known, &room, Box::new(accept));
             room.refusal()?;
-            loaded.map_err(Error::from)
+            loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(vary)??;
         let share = room.into_share();

@@ -4,11 +4,13 @@ use super::ids::BodiesDigest;
 use super::prepared::PreparedScene;
 use super::texture_folder::TextureFolder;
 use crate::service::assets::{Assets, in_store, is_in_store};
+use crate::service::error::{Error, unreachable};
 use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::Objects;
 use std::sync::Arc;
 use strahl::scene::assets::hash_of;
-use strahl::scene::{Description, Files, NoFiles};
+use strahl::scene::problem::Code;
+use strahl::scene::{Description, Files, NoFiles, Problems};
 use tokio::runtime::Handle;
 
 /// Where scenes find the assets that they name.
@@ -32,6 +34,23 @@ impl AssetSource {
             Self::Tenants(assets) => tenant.is_none_or(|tenant| hashes.iter().all(|hash| assets.knows(tenant, hash))),
             Self::Store(..) => true,
         }
+    }
+
+    /// Why a scene is not built: if it lacks assets, that may be the store that holds them.
+    pub(crate) fn reason(&self, error: Error) -> Error {
+        let lacks = |problems: &Problems| problems.0.iter().any(|problem| problem.code == Code::MissingAsset);
+        if !matches!(&error, Error::Scene(problems) if lacks(problems)) {
+            return error;
+        }
+        let checked = match self {
+            Self::None => Ok(()),
+            Self::Tenants(assets) => assets.check_store(),
+            Self::Store(objects, runtime) => {
+                let checked = runtime.block_on(objects.check()).map_err(unreachable);
+                checked.map_err(|error| Error::io("assets cannot be looked for", &error))
+            }
+        };
+        checked.err().unwrap_or(error)
     }
 
     fn has(&self, tenant: Option<&str>, hash: &str) -> bool {

@@ -181,7 +181,7 @@ impl Objects {
 
     /// Looks for the marker. Without it the store itself is gone, such as a folder that is not mounted any more, and nothing is known
     /// of what is in it.
-    async fn check(&self) -> Result<(), ObjectError> {
+    pub(crate) async fn check(&self) -> Result<(), ObjectError> {
         match within(0, self.store.head(&self.prefix.clone().join(MARKER))).await? {
             Err(object_store::Error::NotFound { .. }) => {
                 Err(ObjectError::Store(format!("{} is gone: it has no {MARKER} any more", self.url)))
