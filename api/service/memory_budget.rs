@@ -91,11 +91,11 @@ impl MemoryBudget {
     pub(crate) fn read(
         &self,
         bytes: u64,
-        read: impl FnOnce() -> Option<Vec<u8>>,
+        read: impl FnOnce() -> Result<Option<Vec<u8>>, Error>,
     ) -> Result<Option<MeteredBytes>, Error> {
         let mut share = self.share(0);
         share.grow(bytes)?;
-        Ok(read().map(|bytes| MeteredBytes { bytes, share }))
+        Ok(read()?.map(|bytes| MeteredBytes { bytes, share }))
     }
 
     /// Refuses what one piece of work can never have.

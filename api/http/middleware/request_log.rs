@@ -99,6 +99,9 @@ struct RequestLog {
 
 /// A path as URLs have it: what a client may send raw could control a terminal.
 fn graphic(path: &str) -> String {
+    if path.bytes().all(|byte| byte.is_ascii_graphic()) {
+        return path.to_owned();
+    }
     let encoded =
         |byte: u8| if byte.is_ascii_graphic() { char::from(byte).to_string() } else { format!("%{byte:02X}") };
     path.bytes().map(encoded).collect()

@@ -40,6 +40,7 @@ pub(crate) use event_log::Event;
 pub(crate) use files::DATA;
 pub(crate) use job::{Job, Watcher};
 pub(crate) use submission::{Claim, KeyUse};
+pub(crate) use transitions::end_of;
 
 use crate::service::error::StartError;
 use crate::service::farm::Farm;

@@ -190,18 +190,10 @@ impl Jobs {
     /// The text of a job's scene, if it is there and whole.
     pub(crate) fn scene(&self, name: &str) -> Result<Option<MeteredBytes>, Error> {
         let bytes = self.files.scenes.size(name).unwrap_or(0);
-        let mut failed = None;
-        let found = self.cache.memory.read(bytes, || {
-            let found = self.files.scenes.get(name).unwrap_or_else(|error| {
-                failed = Some(error);
-                None
-            });
-            Some(found?.body)
-        })?;
-        match failed {
-            Some(error) => Err(Error::io("the scene cannot be read", &error)),
-            None => Ok(found),
-        }
+        self.cache.memory.read(bytes, || {
+            let found = self.files.scenes.get(name).map_err(|error| Error::io("the scene cannot be read", &error))?;
+            Ok(found.map(|blob| blob.body))
+        })
     }
 
     /// The last preview of a finished job, a PNG. If the picture existed already, it is made from the picture; none if

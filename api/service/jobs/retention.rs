@@ -39,10 +39,10 @@ impl Jobs {
             }
         }
         let are_gone = !self.files.are_there();
-        if are_gone && !self.folders_are_gone.swap(are_gone, Ordering::Relaxed) {
+        let were_gone = self.folders_are_gone.swap(are_gone, Ordering::Relaxed);
+        if are_gone && !were_gone {
             tracing::error!("the folders with the files of jobs are gone: put them back, or start the service again");
         }
-        self.folders_are_gone.store(are_gone, Ordering::Relaxed);
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
         {
             let registry = locked(&self.registry);

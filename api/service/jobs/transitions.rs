@@ -222,9 +222,11 @@ impl Jobs {
 }
 
 /// The last event of a job, and its number. Every front makes it from the record.
-pub(super) fn end_of(record: &Record, seq: u64) -> Event {
+pub(crate) fn end_of(record: &Record, seq: u64) -> Event {
     let data = serde_json::json!({ "stats": record.stats, "failure": record.failure });
-    Event { seq, name: record.state.name(), data }
+    // It had succeeded before it expired.
+    let state = if record.state == State::Expired { State::Succeeded } else { record.state };
+    Event { seq, name: state.name(), data }
 }
 
 /// Why a job is given up that no process gets on with.

@@ -35,7 +35,7 @@ impl Service {
             let Some(bytes) = service.assets.size(&tenant, &hash) else {
                 return service.assets.check_store().map(|()| None);
             };
-            service.memory.read(bytes, || service.assets.get(&tenant, &hash))
+            service.memory.read(bytes, || Ok(service.assets.get(&tenant, &hash)))
         };
         self.asset_work(read).await
     }

@@ -7,7 +7,7 @@ use crate::http::problem::ProblemSummary;
 use crate::http::respond::events::streamed_event;
 use crate::service::concurrency_limit::Permit;
 use crate::service::jobs::record::{Record, State as JobState};
-use crate::service::jobs::{Event, Job, Watcher};
+use crate::service::jobs::{Event, Job, Watcher, end_of};
 use axum::Extension;
 use axum::body::Body;
 use axum::http::HeaderName;
@@ -381,8 +381,7 @@ impl Watched {
 /// The last event of a job that has ended.
 fn ending(record: &Record) -> Option<Event> {
     let seq = record.last_event.filter(|_| record.state.is_final())?;
-    let name = if record.state == JobState::Expired { JobState::Succeeded } else { record.state }.name();
-    Some(Event { seq, name, data: json!({ "stats": record.stats, "failure": record.failure }) })
+    Some(end_of(record, seq))
 }
 
 fn is_last(name: &str) -> bool {
