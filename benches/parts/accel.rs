@@ -33,7 +33,7 @@ fn sheet(n: u32) -> Item<f32> {
     Item {
         shape: Shape::Mesh(Arc::new(Mesh {
             vertices: (0..(n + 1) * (n + 1)).map(vertex).collect(),
-            faces: (0..n * n).flat_map(square).collect(),
+            faces: Arc::new((0..n * n).flat_map(square).collect()),
             normals: Vec::new(),
             uvs: Vec::new(),
             attributes: None,

@@ -14,6 +14,7 @@ use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
 use rayon::prelude::*;
+use std::iter::repeat_n;
 use std::mem::size_of;
 use std::sync::Arc;
 
@@ -44,8 +45,10 @@ impl<R: Real> Geometry<R> {
     /// are not used.
     pub fn new(items: Vec<Item<R>>, extents: &[Option<Extent>], kind: BvhKind) -> Self {
         let mut unbounded = Vec::new();
-        let mut sources = Vec::new();
-        let mut build: Vec<BuildPrimitive<R>> = Vec::new();
+        let most = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
+        let count = items.iter().map(most).sum();
+        let mut sources = Vec::with_capacity(count);
+        let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(count);
         let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let item_index = index as u32;
@@ -75,7 +78,10 @@ impl<R: Real> Geometry<R> {
         let source = |primitive: &BuildPrimitive<R>| sources[primitive.index() as usize];
         let wholeness = |range: &[BuildPrimitive<R>]| wholeness(&items, range.iter().map(source));
         let bvh = Bvh::build(&mut build, kind, &wholeness);
-        let mut primitives: Vec<Primitive> = build.par_iter().map(source).collect();
+        // Made where it stays: a list that became one of several owners would be copied.
+        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, build.len()).collect();
+        let primitives = Arc::make_mut(&mut owned);
+        primitives.par_iter_mut().zip(&build).for_each(|(primitive, built)| *primitive = source(built));
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -84,14 +90,13 @@ impl<R: Real> Geometry<R> {
             // A cancelled hierarchy is not used.
             _ if control::is_stopping() => None,
             BvhKind::Flat => Some(WideBvh::flat(bvh.nodes[0].slab, primitives.len()).into()),
-            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, &mut primitives).into()),
+            BvhKind::Sah | BvhKind::Median => Some(WideBvh::new(&bvh, &items, primitives).into()),
         };
         drop(bvh);
         let lone = kind != BvhKind::Flat
             && unbounded.is_empty()
             && matches!(&primitives[..], [only] if !matches!(items[only.item as usize].shape, Shape::Mesh(_) | Shape::Instance(_)));
-        let (unbounded, primitives) = (unbounded.into(), primitives.into());
-        Self { unbounded, wide, primitives, lone, extent, expanded, items }
+        Self { unbounded: unbounded.into(), wide, primitives: owned, lone, extent, expanded, items }
     }
 
     /// Its only body, if that is one primitive with bounds: then its hierarchy is a box around it, and rays that have come as
@@ -204,7 +209,7 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
             });
             let lists =
                 [size_of_val(&vertices[..]), size_of_val(&faces[..]), size_of_val(&normals[..]), size_of_val(&uvs[..])];
-            let own = ALLOCATION + size_of::<Mesh<R>>();
+            let own = 2 * ALLOCATION + size_of::<Mesh<R>>() + size_of_val(&**faces);
             own + lists.iter().chain(&more).filter(|bytes| **bytes > 0).map(|bytes| ALLOCATION + bytes).sum::<usize>()
         }
         Shape::Frustum(_) => ALLOCATION + size_of::<Frustum<R>>(),
@@ -244,7 +249,7 @@ mod tests {
         Item {
             shape: Shape::Mesh(Arc::new(Mesh {
                 vertices,
-                faces: (0..n * n).flat_map(square).collect(),
+                faces: Arc::new((0..n * n).flat_map(square).collect()),
                 normals,
                 uvs: Vec::new(),
                 attributes: None,

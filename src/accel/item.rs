@@ -77,7 +77,7 @@ pub struct Mesh<R> {
     /// Points.
     pub vertices: Vec<[R; 3]>,
     /// Three vertices each, counter-clockwise from the front. A description may have the same list.
-    pub faces: Arc<[[u32; 3]]>,
+    pub faces: Arc<Vec<[u32; 3]>>,
     /// A shading normal for each vertex, or nothing.
     pub normals: Vec<[R; 3]>,
     /// Texture coordinates of each vertex, or nothing; kept only where a texture needs them.

@@ -85,9 +85,8 @@ impl Geometry {
     }
 
     /// The same with all points moved by a matrix each.
-    pub(crate) fn moved(&self, matrix: impl Fn(usize) -> DMat4) -> Self {
-        let mut moved = self.clone();
-        for (i, position) in moved.positions.iter_mut().enumerate() {
+    pub(crate) fn moved(mut self, matrix: impl Fn(usize) -> DMat4) -> Self {
+        for (i, position) in self.positions.iter_mut().enumerate() {
             *position = matrix(i).transform_point3(DVec3::from_array(*position)).to_array();
         }
         let across = |i: usize| {
@@ -97,18 +96,18 @@ impl Geometry {
             let side = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
             DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * side
         };
-        for (i, normal) in moved.normals.iter_mut().flatten().enumerate() {
+        for (i, normal) in self.normals.iter_mut().flatten().enumerate() {
             let turned = across(i) * DVec3::from_array(*normal);
             *normal = turned.try_normalize().unwrap_or(DVec3::Y).to_array();
         }
-        for (i, tangent) in moved.tangents.iter_mut().flatten().enumerate() {
+        for (i, tangent) in self.tangents.iter_mut().flatten().enumerate() {
             let [x, y, z, w] = *tangent;
             let turned = matrix(i).transform_vector3(DVec3::new(x, y, z)).try_normalize().unwrap_or(DVec3::X);
             // A mirror image has the other hand.
             let side = if DMat3::from_mat4(matrix(i)).determinant() < 0.0 { -1.0 } else { 1.0 };
             *tangent = [turned.x, turned.y, turned.z, side * w];
         }
-        moved
+        self
     }
 }
 

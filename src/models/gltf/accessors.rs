@@ -229,6 +229,30 @@ impl Buffers<'_> {
         }
     }
 
+    /// All elements as indices, three by three; one or two at the end are left out.
+    pub(super) fn triples(&self, document: &Document, index: usize) -> Result<Vec<[u32; 3]>, Fault> {
+        let accessor = &document.accessors[index];
+        let packed = accessor.buffer_view.filter(|view| {
+            let is_strided = document.views[*view].byte_stride.is_some();
+            !is_strided && accessor.sparse.is_none() && !self.from_draco.contains_key(&index)
+        });
+        match (packed, Component::of(accessor.component_type)) {
+            // Most are: read at once, without a list of all indices.
+            (Some(view), Some(component @ (Component::U16 | Component::U32))) if accessor.kind == "SCALAR" => {
+                let (size, count) = (component.size(), accessor.count / 3);
+                self.budget.take(count, size_of::<[u32; 3]>())?;
+                let run = Run { offset: accessor.byte_offset, stride: 3 * size, count };
+                let at = |bytes: &[u8], corner: usize| component.index(&bytes[corner * size as usize..]);
+                self.run(view, run, 3 * size, |bytes| [0, 1, 2].map(|corner| at(bytes, corner)))
+            }
+            _ => {
+                let indices = self.indices(document, index)?;
+                self.budget.take(indices.len() as u64 / 3, size_of::<[u32; 3]>())?;
+                Ok(indices.as_chunks().0.to_vec())
+            }
+        }
+    }
+
     /// All elements of an accessor of a known type, as they are read of their bytes; `nothing` where it names none.
     fn list<T: Copy>(
         &self,

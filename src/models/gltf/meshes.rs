@@ -75,27 +75,36 @@ pub(super) fn triangles(
     if primitive.mode < 4 {
         return Ok(None);
     }
-    let indices = match primitive.indices {
-        Some(accessor) => {
-            let indices = buffers.indices(document, accessor)?;
-            if let Some(at) = indices.iter().position(|index| *index as usize >= points) {
-                let detail = format!("element {at} is {}, and there are {points} vertices", indices[at]);
-                return Err(Fault::new(format!("{pointer}/indices"), Kind::OutOfRange, detail));
+    let mut triangles = match (primitive.mode, primitive.indices) {
+        (4, Some(accessor)) => {
+            let triangles = buffers.triples(document, accessor)?;
+            check(triangles.as_flattened(), points, pointer)?;
+            triangles
+        }
+        (mode, indices) => {
+            let indices = match indices {
+                Some(accessor) => buffers.indices(document, accessor)?,
+                None => {
+                    buffers.budget.take(points as u64, 4)?;
+                    (0..u32::try_from(points).unwrap_or(u32::MAX)).collect()
+                }
+            };
+            check(&indices, points, pointer)?;
+            let count = indices.len().saturating_sub(2);
+            buffers.budget.take(count as u64, 12)?;
+            match mode {
+                4 => indices.as_chunks::<3>().0.to_vec(),
+                5 => (0..count).map(|i| [i, i + 1 + i % 2, i + 2 - i % 2].map(|at| indices[at])).collect(),
+                _ => (0..count).map(|i| [i + 1, i + 2, 0].map(|at| indices[at])).collect(),
             }
-            indices
         }
-        None => {
-            buffers.budget.take(points as u64, 4)?;
-            (0..u32::try_from(points).unwrap_or(u32::MAX)).collect()
-        }
-    };
-    let count = indices.len().saturating_sub(2);
-    buffers.budget.take(count as u64, 12)?;
-    let mut triangles: Vec<[u32; 3]> = match primitive.mode {
-        4 => indices.as_chunks::<3>().0.to_vec(),
-        5 => (0..count).map(|i| [i, i + 1 + i % 2, i + 2 - i % 2].map(|at| indices[at])).collect(),
-        _ => (0..count).map(|i| [i + 1, i + 2, 0].map(|at| indices[at])).collect(),
     };
     triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     Ok(Some(triangles))
+}
+
+fn check(indices: &[u32], points: usize, pointer: &str) -> Result<(), Fault> {
+    let Some(at) = indices.iter().position(|index| *index as usize >= points) else { return Ok(()) };
+    let detail = format!("element {at} is {}, and there are {points} vertices", indices[at]);
+    Err(Fault::new(format!("{pointer}/indices"), Kind::OutOfRange, detail))
 }

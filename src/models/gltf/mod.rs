@@ -236,7 +236,7 @@ impl Builder<'_> {
         let geometry = match joints {
             Some(joints) => {
                 let still = self.geometry(primitive, &pointer, weights)?;
-                let moved = skins::skinned(document, self.buffers, primitive, &pointer, &still, joints)?;
+                let moved = skins::skinned(document, self.buffers, primitive, &pointer, still, joints)?;
                 self.add(moved, &pointer)
             }
             None => {

@@ -64,7 +64,7 @@ pub(super) fn skinned(
     buffers: &Buffers<'_>,
     primitive: &Primitive,
     pointer: &str,
-    geometry: &Geometry,
+    geometry: Geometry,
     joints: &[DMat4],
 ) -> Result<Geometry, Fault> {
     let count = geometry.positions.len();

@@ -7,7 +7,11 @@ use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
+
+/// The faces of all triangles and of all quads: one list for each, however many there are.
+static TRIANGLE: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2]].into());
+static QUAD: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2], [0, 2, 3]].into());
 
 /// The volume of a closed body.
 pub(super) fn volume(object: &Object) -> f64 {
@@ -74,8 +78,8 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
         Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
         Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
         Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, [[0, 1, 2]].into(), None, None).into()), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, [[0, 1, 2], [0, 2, 3]].into(), None, None).into()), o.look()),
+        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, Arc::clone(&TRIANGLE), None, None).into()), o.look()),
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, Arc::clone(&QUAD), None, None).into()), o.look()),
         Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
         Object::Cylinder(o) => {
             (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
@@ -128,19 +132,28 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
 /// A mesh without the faces that rounding has collapsed to lines. Slivers stay: without them there would be gaps.
 fn mesh<R: Real>(
     vertices: &[Vec3],
-    faces: Arc<[[u32; 3]]>,
+    faces: Arc<Vec<[u32; 3]>>,
     normals: Option<&[Vec3]>,
     uvs: Option<&[[f64; 2]]>,
 ) -> Mesh<R> {
     let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    let is_sound = |face: &[u32; 3]| !is_collapsed(&vertices, face);
+    let collapsed: Vec<usize> = (0..faces.len()).filter(|&i| is_collapsed(&vertices, &faces[i])).collect();
     // A mesh without such faces shares the list of the description.
-    let faces = match faces.iter().all(is_sound) {
-        true => faces,
-        false => faces.iter().copied().filter(is_sound).collect(),
-    };
+    let faces = if collapsed.is_empty() { faces } else { Arc::new(without(&faces, &collapsed)) };
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
     let normals = normals.unwrap_or_default().iter().map(unit).collect();
     Mesh { faces, normals, vertices, uvs, attributes: None }
+}
+
+/// A list without the elements at some places, which rise.
+fn without(faces: &[[u32; 3]], places: &[usize]) -> Vec<[u32; 3]> {
+    let mut kept = Vec::with_capacity(faces.len() - places.len());
+    let ends = places.iter().copied().chain([faces.len()]);
+    let mut start = 0;
+    for end in ends {
+        kept.extend_from_slice(&faces[start..end]);
+        start = end + 1;
+    }
+    kept
 }

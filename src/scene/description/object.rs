@@ -2,7 +2,7 @@
 
 use super::{PlacedModel, Vec3, default_up};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
 
 /// Things in a scene.
@@ -117,6 +117,13 @@ macro_rules! body {
     (@bool $hollow:tt) => { bool };
     (@hollow $self:ident yes) => { $self.hollow };
     (@hollow $self:ident) => { false };
+}
+
+/// A list that the compiled scene may share, so nothing is kept beside its elements.
+fn shared<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Vec<[u32; 3]>>, D::Error> {
+    let mut list = Vec::deserialize(deserializer)?;
+    list.shrink_to_fit();
+    Ok(Arc::new(list))
 }
 
 pub(super) fn is_false(value: &bool) -> bool {
@@ -253,7 +260,8 @@ body! {
         vertices: Vec<Vec3>,
         /// Three indices of vertices each, from 0.
         #[schemars(length(min = 1))]
-        faces: Arc<[[u32; 3]]>,
+        #[serde(deserialize_with = "shared")]
+        faces: Arc<Vec<[u32; 3]>>,
         /// Shading normals, one for each vertex; without them faces are flat.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         normals: Option<Vec<Vec3>>,

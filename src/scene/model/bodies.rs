@@ -18,7 +18,7 @@ const WORTH: usize = 100_000;
 pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Named<Vec<Object>>, Vec<Object>) {
     let (mut definitions, mut objects) = (Named::default(), Vec::new());
     let is_shared = shared(model);
-    let mut faces: Vec<Option<Arc<[[u32; 3]]>>> = vec![None; model.geometries.len()];
+    let mut faces: Vec<Option<Arc<Vec<[u32; 3]>>>> = vec![None; model.geometries.len()];
     let mut uses = vec![0_usize; model.geometries.len()];
     model.placements.iter().for_each(|placement| uses[placement.geometry] += 1);
     for placement in std::mem::take(&mut model.placements) {
@@ -32,12 +32,12 @@ pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Nam
             && (!is_shared[placement.geometry] || is_flat(only))
         {
             // Its triangles are in the hierarchy of the scene: one level less for every ray.
-            let moved = if *only == DMat4::IDENTITY { own } else { baked(&own, only) };
+            let moved = if *only == DMat4::IDENTITY { own } else { baked(own, only) };
             objects.push(Object::Mesh(Box::new(mesh(moved, None, material, name))));
             continue;
         }
         // Meshes of one list of faces share a hierarchy.
-        let of_all = faces[placement.geometry].get_or_insert_with(|| own.triangles.as_slice().into());
+        let of_all = faces[placement.geometry].get_or_insert_with(|| Arc::new(own.triangles.clone()));
         let own = mesh(own, Some(Arc::clone(of_all)), material, name);
         let definition = format!("{prefix}mesh {}", definitions.len());
         definitions.insert(definition.clone(), vec![Object::Mesh(Box::new(own))]);
@@ -63,7 +63,7 @@ fn shared(model: &Model) -> Vec<bool> {
 }
 
 /// Geometry where a matrix puts it. A mirroring one turns the triangles, so that their fronts stay outside.
-fn baked(geometry: &Geometry, matrix: &DMat4) -> Geometry {
+fn baked(geometry: Geometry, matrix: &DMat4) -> Geometry {
     let mut baked = geometry.moved(|_| *matrix);
     if matrix.determinant() < 0.0 {
         baked.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
@@ -71,7 +71,7 @@ fn baked(geometry: &Geometry, matrix: &DMat4) -> Geometry {
     baked
 }
 
-fn mesh(geometry: Geometry, faces: Option<Arc<[[u32; 3]]>>, material: Option<String>, name: Option<String>) -> Mesh {
+fn mesh(geometry: Geometry, faces: Option<Arc<Vec<[u32; 3]>>>, material: Option<String>, name: Option<String>) -> Mesh {
     // The origin of a scene's coordinates is the lower left corner of the picture.
     let flipped = |uvs: Option<Vec<[f64; 2]>>| {
         uvs.map(|mut uvs| {
@@ -85,7 +85,9 @@ fn mesh(geometry: Geometry, faces: Option<Arc<[[u32; 3]]>>, material: Option<Str
             list
         })
     };
-    let Geometry { positions, triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
+    let Geometry { positions, mut triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
+    // The compiled scene may keep the list.
+    triangles.shrink_to_fit();
     Mesh {
         vertices: positions,
         faces: faces.unwrap_or_else(|| triangles.into()),

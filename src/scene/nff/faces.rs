@@ -89,7 +89,8 @@ impl Faces {
 
     pub(super) fn into_mesh(self, material: Option<String>) -> Mesh {
         let normals = (!self.normals.is_empty()).then_some(self.normals);
-        let Self { vertices, faces, .. } = self;
+        let Self { vertices, mut faces, .. } = self;
+        faces.shrink_to_fit();
         Mesh {
             vertices,
             faces: faces.into(),
