@@ -1,8 +1,8 @@
-import { Backoff, Connection, pause } from "./connection.js";
+import { Backoff, Connection, json, pause } from "./connection.js";
 import { Jobs, checked, textOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
 import { passes } from "./parts.js";
-import { ConnectionError, DamagedError } from "./problems.js";
+import { ConnectionError } from "./problems.js";
 
 const JSON_TYPE = { "content-type": "application/json" };
 
@@ -15,7 +15,8 @@ const JSON_TYPE = { "content-type": "application/json" };
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
-/** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number, layers?: string }} Output how a picture is written */
+/** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number }} Output how a picture is written */
+/** @typedef {{ layers?: string }} Layers further layers of an EXR; streams and jobs have none */
 /** @typedef {{ signal?: AbortSignal }} Given `signal` gives a request up; the service cancels its work. */
 
 /**
@@ -29,7 +30,7 @@ export class Client {
   /**
    * @param {string} [url] `http://127.0.0.1:8080` by default
    * @param {{ key?: string, timeout?: number, retries?: number, fetch?: typeof fetch }} [options] `timeout` is in seconds,
-   *   for each request
+   *   for each request, and `Infinity` is no limit; a stream is asked for again if it is silent so long
    */
   constructor(url = "http://127.0.0.1:8080", { key, timeout = 60, retries = 5, fetch: own = fetch } = {}) {
     // Browsers want `fetch` to be called on nothing else than the window.
@@ -40,7 +41,7 @@ export class Client {
   /**
    * The picture of a scene.
    * @param {Scene} scene
-   * @param {Settings & Output} [options]
+   * @param {Settings & Output & Layers} [options]
    * @param {Given} [given]
    */
   render(scene, options = {}, given) {
@@ -51,7 +52,7 @@ export class Client {
    * A region of the picture: the same bytes as in the whole.
    * @param {Scene} scene
    * @param {readonly [x: number, y: number, width: number, height: number]} region
-   * @param {Settings & Output} [options]
+   * @param {Settings & Output & Layers} [options]
    * @param {Given} [given]
    */
   tile(scene, [x, y, w, h], options = {}, given) {
@@ -66,25 +67,28 @@ export class Client {
    * @returns {AsyncGenerator<import("./parts.js").Pass, void>}
    */
   async *stream(scene, options = {}, { signal } = {}) {
-    const asked = await this.#asked(scene, options, { accept: "multipart/mixed" }), backoff = new Backoff(this.#connection.retries);
+    const { headers, ...request } = await this.#asked(scene, options), backoff = new Backoff(this.#connection.retries);
+    const asked = { ...request, headers: { ...headers, accept: "multipart/mixed" }, signal };
     for (let scale = Infinity; ; ) {
       /** @type {unknown} */
       let error = new ConnectionError("the answer broke off before the picture");
+      /** @type {AsyncIterable<Uint8Array> | undefined} */
+      let parts;
       try {
-        const answer = await this.#connection.send("/v1/render", asked, signal);
-        if (answer.body) {
-          for await (const pass of passes(answer.body)) {
-            // After a broken answer the coarse ones come again.
-            if (pass.final || pass.scale < scale) yield pass;
-            if (pass.final) return;
-            scale = Math.min(scale, pass.scale);
-          }
+        parts = await this.#connection.open("/v1/render", asked, this.#connection.timeout);
+        for await (const pass of passes(parts ?? [])) {
+          // After a broken answer the coarse ones come again.
+          if (pass.final || pass.scale < scale) yield pass;
+          if (pass.final) return;
+          scale = Math.min(scale, pass.scale);
         }
       } catch (broken) {
         signal?.throwIfAborted();
         error = broken;
       }
-      const seconds = backoff.next(error);
+      // Who gives a time wants to wait no longer than that for an answer; one that falls silent is torn.
+      const late = !parts && /** @type {Error} */ (error).name === "TimeoutError";
+      const seconds = late ? undefined : backoff.next(error);
       if (seconds === undefined) throw this.#connection.shown(error);
       await pause(seconds, signal);
     }
@@ -301,12 +305,11 @@ export class Client {
   /**
    * @param {Scene} scene
    * @param {Record<string, unknown>} query
-   * @param {Record<string, string>} [more] headers
    */
-  async #asked(scene, query, more) {
+  async #asked(scene, query) {
     const type = scene instanceof Blob && scene.type ? scene.type : "application/json";
     const body = scene instanceof Blob || scene instanceof Uint8Array ? scene : await textOf(scene);
-    return { method: "POST", query, headers: { "content-type": type, ...more }, body };
+    return { method: "POST", query, headers: { "content-type": type }, body };
   }
 }
 
@@ -314,17 +317,4 @@ export class Client {
 async function side(one) {
   if (typeof one === "string") return JSON.stringify({ image: one });
   return `{"scene":${await textOf(one.scene)},"settings":${JSON.stringify(one.settings ?? {})}}`;
-}
-
-/**
- * @param {Response} answer
- * @returns {Promise<any>}
- */
-async function json(answer) {
-  const text = await answer.text();
-  try {
-    return JSON.parse(text);
-  } catch (cause) {
-    throw new DamagedError(`the answer of ${answer.url} is not JSON`, { cause });
-  }
 }

@@ -1,9 +1,11 @@
-import { ConnectionError, Problem, StrahlError } from "./problems.js";
+import { ConnectionError, DamagedError, Problem, StrahlError } from "./problems.js";
 
 /** Longest wait that the service may ask for, in seconds. */
 export const PATIENCE = 120;
 /** Longest wait otherwise. */
 const LONGEST = 30;
+/** Longest time of the platform's timers, in milliseconds: more than three weeks. */
+const LONGEST_TIMER = 0x7fff_ffff;
 
 /** When something is tried again: as the service says, else twice as long each time. */
 export class Backoff {
@@ -23,6 +25,34 @@ export class Backoff {
     // Clients that were refused together do not come back together.
     return Math.min(0.25 * 2 ** this.#tries, LONGEST) * (0.75 + Math.random() / 2);
   }
+}
+
+/**
+ * Seconds for a timer, which wants whole milliseconds; undefined is without limit, as what is beyond all timers.
+ * @param {number} seconds
+ */
+function milliseconds(seconds) {
+  const all = Math.max(0, Math.ceil(seconds * 1_000));
+  return all > LONGEST_TIMER ? undefined : all;
+}
+
+/**
+ * A signal that aborts after so many seconds, if they have an end.
+ * @param {number} seconds
+ */
+export function limitOf(seconds) {
+  if (typeof seconds !== "number" || Number.isNaN(seconds)) throw new RangeError(`a time must be a number of seconds, not ${seconds}`);
+  const all = milliseconds(seconds);
+  return all === undefined ? undefined : AbortSignal.timeout(all);
+}
+
+/**
+ * A signal that aborts with the first of several.
+ * @param {(AbortSignal | undefined)[]} signals
+ */
+export function first(...signals) {
+  const given = signals.filter((one) => one !== undefined);
+  return given.length > 1 ? AbortSignal.any(given) : given[0];
 }
 
 /**
@@ -63,16 +93,22 @@ export class Connection {
    * @param {{ key?: string, timeout: number, retries: number, fetch: typeof fetch }} options
    */
   constructor(url, { key, timeout, retries, fetch }) {
-    this.url = url.replace(/\/+$/, "");
+    if (typeof timeout !== "number" || !(timeout > 0)) {
+      throw new RangeError(`timeout must be seconds above 0, and is ${timeout}: Infinity is no limit`);
+    }
+    this.url = url.trim().replace(/\/+$/, "");
+    // What errors show of the URL: its path may have a capability.
+    this.host = hostOf(this.url);
     this.retries = retries;
     this.timeout = timeout;
     this.fetch = fetch;
+    const sent = headerValue("the key", key?.trim() ?? "");
     /** @type {Record<string, string>} */
-    this.headers = key ? { authorization: `Bearer ${key}` } : {};
+    this.headers = sent ? { authorization: `Bearer ${sent}` } : {};
   }
 
   /**
-   * Sends a request once. The answer is a success.
+   * Sends a request once. The answer is a success, and no page.
    * @param {string} path
    * @param {Asked} asked
    * @param {AbortSignal} [signal]
@@ -83,7 +119,11 @@ export class Connection {
     const answer = await this.fetch(`${this.url}${path}${text && `?${text}`}`, {
       method, headers: { ...headers, ...this.headers }, ...(body !== undefined && { body }), ...(signal && { signal }),
     });
-    if (answer.ok) return answer;
+    if (answer.ok) {
+      if (kindOf(answer) !== "text/html") return answer;
+      await answer.body?.cancel();
+      throw foreign(answer, "what was asked for");
+    }
     const said = await answer.text();
     const after = answer.headers.get("retry-after");
     throw new Problem(answer.status, parsed(said), after === null || !(Number(after) >= 0) ? undefined : Number(after));
@@ -100,17 +140,37 @@ export class Connection {
   async ask(path, asked, read) {
     const backoff = new Backoff(this.retries), { signal } = asked;
     for (;;) {
-      const limit = AbortSignal.timeout((this.timeout + (asked.patience ?? 0)) * 1_000);
+      const limit = limitOf(this.timeout + (asked.patience ?? 0));
       try {
-        return await read(await this.send(path, asked, signal ? AbortSignal.any([signal, limit]) : limit));
+        return await read(await this.send(path, asked, first(signal, limit)));
       } catch (error) {
         signal?.throwIfAborted();
         // Who gives a time wants to wait no longer than that, and the answer to what must not be sent twice may have been lost.
-        const again = !limit.aborted && (!asked.once || error instanceof Problem) ? backoff.next(error) : undefined;
+        const again = !limit?.aborted && (!asked.once || error instanceof Problem) ? backoff.next(error) : undefined;
         if (again === undefined) throw this.shown(error);
         await pause(again, signal);
       }
     }
+  }
+
+  /**
+   * Sends a request once whose answer comes in parts, of the type that it accepts. The service may be silent for so many seconds:
+   * before the answer that is a `TimeoutError`, and within it a `ConnectionError`. Who stops listening closes the connection.
+   * @param {string} path
+   * @param {Asked & { headers: { accept: string } }} asked
+   * @param {number} seconds
+   * @returns {Promise<AsyncIterable<Uint8Array> | undefined>} undefined if the answer is empty (204)
+   */
+  async open(path, asked, seconds) {
+    const stop = new AbortController(), late = new DOMException(`no answer for ${seconds} seconds`, "TimeoutError");
+    const answer = await within(seconds, this.send(path, asked, first(stop.signal, asked.signal)), () => stop.abort(late));
+    if (!answer.body) return undefined;
+    if (kindOf(answer) !== asked.headers.accept) {
+      await answer.body.cancel();
+      throw foreign(answer, asked.headers.accept);
+    }
+    const silent = new ConnectionError(`the answer is silent for ${seconds} seconds`);
+    return partsOf(answer.body, seconds, () => stop.abort(silent));
   }
 
   /**
@@ -120,9 +180,88 @@ export class Connection {
   shown(cause) {
     if (cause instanceof StrahlError || /** @type {Error} */ (cause).name === "TimeoutError") return cause;
     const { message, cause: why } = /** @type {Error} */ (cause);
-    return new ConnectionError(`${this.url}: ${why instanceof Error ? why.message : message}`, { cause });
+    return new ConnectionError(`${this.host}: ${why instanceof Error ? why.message : message}`, { cause });
   }
 }
+
+/**
+ * What is said, and `late` is called if it is not said within so many seconds.
+ * @template T
+ * @param {number} seconds
+ * @param {Promise<T>} said
+ * @param {() => void} late
+ */
+async function within(seconds, said, late) {
+  const most = milliseconds(seconds), timer = most && setTimeout(late, most);
+  try {
+    return await said;
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+/**
+ * The bytes of an answer as they come. Only the service is waited for, not who reads them.
+ * @param {ReadableStream<Uint8Array>} body
+ * @param {number} seconds
+ * @param {() => void} silent
+ */
+async function* partsOf(body, seconds, silent) {
+  const reader = body.getReader();
+  try {
+    for (let part; !(part = await within(seconds, reader.read(), silent)).done; ) yield part.value;
+  } finally {
+    await reader.cancel().catch(() => {});
+  }
+}
+
+/**
+ * The answer of a service that speaks JSON.
+ * @param {Response} answer
+ * @returns {Promise<any>}
+ */
+export async function json(answer) {
+  const text = await answer.text();
+  try {
+    return JSON.parse(text);
+  } catch (cause) {
+    throw foreign(answer, "JSON", cause);
+  }
+}
+
+/**
+ * Text for a header, which is checked here: `fetch` would show it in its error.
+ * @param {string} what
+ * @param {string} text
+ */
+export function headerValue(what, text) {
+  if (!/^[ -~]*$/.test(text)) throw new TypeError(`${what} has characters that no header may have: it must be printable ASCII in one line`);
+  return text;
+}
+
+/**
+ * The host of a service, whose URL in a page may be relative. The URL is not shown if it is wrong, for it may have a password.
+ * @param {string} url
+ */
+function hostOf(url) {
+  const base = globalThis.location?.href;
+  const { protocol, username, password, origin } = URL.canParse(url, base) ? new URL(url, base) : new URL("none:");
+  if (!/^https?:$/.test(protocol)) throw new TypeError("the URL of the service must be one of http or https, such as http://127.0.0.1:8080");
+  if (username || password) throw new TypeError("the URL of the service must have no password: fetch sends none");
+  return origin;
+}
+
+/** @param {Response} answer */
+const kindOf = (answer) => (answer.headers.get("content-type") ?? "").replace(/;.*/s, "").trim().toLowerCase();
+
+/**
+ * An answer that is not the service's: mostly the URL is that of something else.
+ * @param {Response} answer
+ * @param {string} wanted
+ * @param {unknown} [cause]
+ */
+const foreign = (answer, wanted, cause) =>
+  new DamagedError(`the answer is ${kindOf(answer) || "of no type"}, not ${wanted}: check that the URL is that of the service`, { cause });
 
 /** @param {string} text */
 function parsed(text) {

@@ -11,6 +11,7 @@ export { ConnectionError, DamagedError, Problem, StrahlError } from "./problems.
 /** @typedef {import("./client.js").Scene} Scene */
 /** @typedef {import("./client.js").Settings} Settings */
 /** @typedef {import("./client.js").Output} Output */
+/** @typedef {import("./client.js").Layers} Layers */
 /** @typedef {import("./client.js").Given} Given */
 /** @typedef {import("./client.js").ImageLike} ImageLike */
 /** @typedef {import("./parts.js").Pass} Pass */

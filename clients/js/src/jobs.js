@@ -1,10 +1,12 @@
-import { Backoff, PATIENCE, pause } from "./connection.js";
+import { Backoff, PATIENCE, first, headerValue, json, limitOf, pause } from "./connection.js";
 import { pictureOf } from "./picture.js";
-import { ConnectionError, Problem } from "./problems.js";
+import { ConnectionError, DamagedError, Problem } from "./problems.js";
 import { events } from "./sse.js";
 
-// Milliseconds without a byte after which a stream is dead; the service sends a comment each 15 seconds.
-const SILENCE = 45_000;
+// Seconds without a byte after which a stream is dead; the service sends a comment each 15 seconds.
+const SILENCE = 45;
+// Seconds before a stream is opened again: at least, and where it does not say how many.
+const LEAST = 0.5, USUAL = 1;
 const OVER = ["succeeded", "failed", "canceled"];
 
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
@@ -48,8 +50,10 @@ export class Jobs {
     const about = JSON.stringify({ settings, output, priority, labels, ...after });
     // The scene's text goes in as it is.
     const body = `{"scene":${await textOf(scene)},${about.slice(1)}`;
-    const headers = { "content-type": "application/json", "idempotency-key": idempotencyKey, ...(wait && { prefer: `wait=${wait}` }) };
-    return new Job(this.#connection, await this.#connection.ask("/v1/jobs", { method: "POST", headers, body, patience: wait, signal }, viewOf));
+    const headers = {
+      "content-type": "application/json", "idempotency-key": headerValue("the idempotency key", idempotencyKey), ...(wait && { prefer: `wait=${wait}` }),
+    };
+    return new Job(this.#connection, await this.#connection.ask("/v1/jobs", { method: "POST", headers, body, patience: wait, signal }, json));
   }
 
   /**
@@ -58,7 +62,7 @@ export class Jobs {
    * @param {import("./client.js").Given} [given]
    */
   async get(id, { signal } = {}) {
-    return new Job(this.#connection, await this.#connection.ask(`/v1/jobs/${checked(id)}`, { signal }, viewOf));
+    return new Job(this.#connection, await this.#connection.ask(`/v1/jobs/${checked(id)}`, { signal }, json));
   }
 
   /**
@@ -69,8 +73,8 @@ export class Jobs {
     /** @type {string | null | undefined} */
     let cursor;
     do {
-      const read = async (/** @type {Response} */ answer) => /** @type {Schemas["JobList"]} */ (await answer.json());
-      const page = await this.#connection.ask("/v1/jobs", { query: { state, label, cursor }, signal }, read);
+      /** @type {Schemas["JobList"]} */
+      const page = await this.#connection.ask("/v1/jobs", { query: { state, label, cursor }, signal }, json);
       for (const view of page.jobs) yield new Job(this.#connection, view);
       cursor = page.next;
     } while (cursor);
@@ -96,26 +100,20 @@ export class Jobs {
  * @returns {AsyncGenerator<JobEvent, void>}
  */
 async function* follow(connection, path, query, last, signal) {
-  for (let backoff = new Backoff(connection.retries); ; ) {
+  for (let backoff = new Backoff(connection.retries), usual = USUAL; ; ) {
     /** @type {unknown} */
     let error = new ConnectionError("the stream of events ends too soon");
     /** @type {number | undefined} */
     let seconds;
-    const stop = new AbortController(), silent = () => stop.abort(new ConnectionError("the stream of events is silent"));
-    let timer = setTimeout(silent, SILENCE);
-    const alive = () => {
-      clearTimeout(timer);
-      timer = setTimeout(silent, SILENCE);
-    };
+    /** @type {AsyncIterable<Uint8Array> | undefined} */
+    let parts;
     try {
       const headers = { accept: "text/event-stream", ...(last && { "last-event-id": last }) };
-      const either = signal ? AbortSignal.any([stop.signal, signal]) : stop.signal;
-      const answer = await connection.send(path, { query, headers }, either);
-      if (answer.status === 204 || !answer.body) return;
-      for await (const event of events(answer.body, alive)) {
-        backoff = new Backoff(connection.retries);
+      parts = await connection.open(path, { query, headers, signal }, SILENCE);
+      if (!parts) return;
+      for await (const event of events(parts, (ms) => (usual = bounded(ms)))) {
         if (event.name === "shutdown") {
-          seconds = Math.min(Math.max(Number(event.data.retry_ms) / 1_000 || 5, 0.5), PATIENCE);
+          seconds = bounded(Number(event.data.retry_ms) || 5_000);
           break;
         }
         last = event.id || last;
@@ -124,15 +122,20 @@ async function* follow(connection, path, query, last, signal) {
     } catch (broken) {
       signal?.throwIfAborted();
       error = broken;
-    } finally {
-      clearTimeout(timer);
-      stop.abort();
     }
+    // A stream that was answered is alive, also if nothing happened on it. What is damaged may be so each time.
+    if (parts && !(error instanceof DamagedError)) backoff = new Backoff(connection.retries);
     seconds ??= backoff.next(error);
     if (seconds === undefined) throw connection.shown(error);
-    await pause(seconds, signal);
+    await pause(Math.max(seconds, usual), signal);
   }
 }
+
+/**
+ * Seconds of a pause that is not too short for the service, nor too long for who listens.
+ * @param {number} ms
+ */
+const bounded = (ms) => Math.min(Math.max(ms / 1_000, LEAST), PATIENCE);
 
 /** A job. `view` is what the service last said about it. */
 export class Job {
@@ -162,7 +165,7 @@ export class Job {
   async refresh({ wait, signal } = {}) {
     /** @type {Record<string, string>} */
     const headers = wait ? { prefer: `wait=${wait}` } : {};
-    this.view = await this.#connection.ask(this.#path, { headers, patience: wait, signal }, viewOf);
+    this.view = await this.#connection.ask(this.#path, { headers, patience: wait, signal }, json);
     return this;
   }
 
@@ -172,7 +175,8 @@ export class Job {
    * @returns {AsyncGenerator<JobEvent, void>}
    */
   async *events({ since = "", signal } = {}) {
-    for await (const event of follow(this.#connection, `${this.#path}/events`, {}, since, signal)) {
+    const last = headerValue("the id of an event", since);
+    for await (const event of follow(this.#connection, `${this.#path}/events`, {}, last, signal)) {
       yield event;
       if (OVER.includes(event.name)) return;
     }
@@ -199,12 +203,12 @@ export class Job {
   }
 
   /**
-   * Waits for its end; its picture. Rejects with a `Problem` if there is none, with a `TimeoutError` after so many seconds.
+   * Waits for its end; its picture. Rejects with a `Problem` if there is none, with a `TimeoutError` after so many seconds:
+   * at once after 0 or less, never after `Infinity`.
    * @param {{ timeout?: number, onProgress?: (progress: Progress) => void } & import("./client.js").Given} [options]
    */
   async wait({ timeout, onProgress, signal } = {}) {
-    const limits = [signal, timeout === undefined ? undefined : AbortSignal.timeout(timeout * 1_000)].filter((one) => one !== undefined);
-    const either = limits.length ? AbortSignal.any(limits) : undefined;
+    const either = first(signal, timeout === undefined ? undefined : limitOf(timeout));
     while (this.state === "queued" || this.state === "running") {
       await this.refresh({ wait: onProgress ? 1 : 20, signal: either });
       const { fraction, tiles_done: tilesDone, tiles_total: tilesTotal } = this.view.progress;
@@ -243,33 +247,34 @@ export class Job {
     return this.#connection.ask(`${this.#path}/tile`, { query: { x, y, w, h }, patience: 30, signal }, pictureOf);
   }
 
-  /** Stops it. One that has ended already rejects with a `Problem`, `conflict`. */
-  async cancel() {
-    this.view = await this.#connection.ask(`${this.#path}/cancel`, { method: "POST", once: true }, viewOf);
+  /**
+   * Stops it. One that has ended already rejects with a `Problem`, `conflict`.
+   * @param {import("./client.js").Given} [given]
+   */
+  async cancel({ signal } = {}) {
+    this.view = await this.#connection.ask(`${this.#path}/cancel`, { method: "POST", once: true, signal }, json);
     return this;
   }
 
   /**
    * Changes its priority.
    * @param {number} priority 0 to 100
+   * @param {import("./client.js").Given} [given]
    */
-  async prioritize(priority) {
+  async prioritize(priority, { signal } = {}) {
     const headers = { "content-type": "application/merge-patch+json" };
-    this.view = await this.#connection.ask(this.#path, { method: "PATCH", headers, body: JSON.stringify({ priority }) }, viewOf);
+    this.view = await this.#connection.ask(this.#path, { method: "PATCH", headers, body: JSON.stringify({ priority }), signal }, json);
     return this;
   }
 
-  /** Forgets it and its picture. */
-  async delete() {
-    await this.#connection.ask(this.#path, { method: "DELETE", once: true }, async () => {});
+  /**
+   * Forgets it and its picture.
+   * @param {import("./client.js").Given} [given]
+   */
+  async delete({ signal } = {}) {
+    await this.#connection.ask(this.#path, { method: "DELETE", once: true, signal }, async () => {});
   }
 }
-
-/**
- * @param {Response} answer
- * @returns {Promise<Schemas["JobView"]>}
- */
-const viewOf = (answer) => answer.json();
 
 /**
  * An id as a part of a path, whatever it is.

@@ -16,15 +16,15 @@ const MOST_HEAD = 4_096;
 
 /**
  * The pictures in an answer of `multipart/mixed` (RFC 2046), until the last one; it may be torn before.
- * @param {ReadableStream<Uint8Array>} body
+ * @param {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} answer
  * @returns {AsyncGenerator<Pass, void>}
  */
-export async function* passes(body) {
+export async function* passes(answer) {
   /** @type {any} */
   let head = {};
   /** @type {{ bytes: Uint8Array<ArrayBuffer>, type: string } | undefined} */
   let file;
-  for await (const { bytes, type } of partsOf(body)) {
+  for await (const { bytes, type } of partsOf(answer)) {
     if (type !== "application/json") {
       file = { bytes, type };
       if (!head.final) yield passOf(head, file, null);
@@ -61,47 +61,42 @@ function passOf(head, { bytes, type }, report) {
     picture.rays = { ...report.cost.rays };
     picture.timing = { ...report.cost.phases_ms };
     picture.effects = report.plan.effects.filter(({ state }) => state === "on").map(({ effect }) => effect);
-    picture.warnings = report.plan.warnings.map(({ detail }) => detail);
+    // In the words of Render-Warnings.
+    picture.warnings = report.plan.warnings.map(({ pointer, detail }) => (pointer ? `${pointer}: ${detail}` : detail));
   }
   const { x, y, w, h, scale, final, eta_ms: etaMs } = head;
   return { picture, scale, region: x === undefined ? null : [x, y, w, h], final, etaMs: etaMs ?? null, report };
 }
 
-/** @param {ReadableStream<Uint8Array>} body */
-async function* partsOf(body) {
-  const reader = body.getReader();
+/** @param {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} answer */
+async function* partsOf(answer) {
   // What has come, and how much it takes for the part to be whole: a large picture is put together once.
   /** @type {Uint8Array[]} */
   let chunks = [];
   let size = 0, needed = 0;
-  try {
-    for (let chunk; !(chunk = await reader.read()).done; ) {
-      chunks.push(chunk.value);
-      size += chunk.value.length;
-      if (size < needed) continue;
-      let rest = joined(chunks, size);
-      for (needed = 0; ; ) {
-        const head = new TextDecoder("latin1").decode(rest.subarray(0, MOST_HEAD)), end = head.indexOf("\r\n\r\n");
-        if (end < 0) {
-          if (rest.length > MOST_HEAD) throw new DamagedError("a part of the picture does not begin");
-          break;
-        }
-        const field = (/** @type {string} */ name) => head.slice(0, end).match(new RegExp(`^${name}: (.*)$`, "mi"))?.[1]?.trim();
-        const length = Number(field("content-length") ?? Number.NaN), start = end + 4;
-        if (!(length >= 0)) throw new DamagedError("a part of the picture does not say how long it is");
-        if (rest.length < start + length + 2) {
-          needed = start + length + 2;
-          break;
-        }
-        yield { type: field("content-type") ?? "", bytes: rest.slice(start, start + length) };
-        rest = rest.subarray(start + length + 2);
+  for await (const chunk of answer) {
+    chunks.push(chunk);
+    size += chunk.length;
+    if (size < needed) continue;
+    let rest = joined(chunks, size);
+    for (needed = 0; ; ) {
+      const head = new TextDecoder("latin1").decode(rest.subarray(0, MOST_HEAD)), end = head.indexOf("\r\n\r\n");
+      if (end < 0) {
+        if (rest.length > MOST_HEAD) throw new DamagedError("a part of the picture does not begin");
+        break;
       }
-      chunks = [rest];
-      size = rest.length;
+      const field = (/** @type {string} */ name) => head.slice(0, end).match(new RegExp(`^${name}: (.*)$`, "mi"))?.[1]?.trim();
+      const length = Number(field("content-length") ?? Number.NaN), start = end + 4;
+      if (!(length >= 0)) throw new DamagedError("a part of the picture does not say how long it is");
+      if (rest.length < start + length + 2) {
+        needed = start + length + 2;
+        break;
+      }
+      yield { type: field("content-type") ?? "", bytes: rest.slice(start, start + length) };
+      rest = rest.subarray(start + length + 2);
     }
-  } finally {
-    // Who stops listening closes the connection, and the service cancels the render.
-    await reader.cancel().catch(() => {});
+    chunks = [rest];
+    size = rest.length;
   }
 }
 

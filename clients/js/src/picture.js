@@ -29,7 +29,7 @@ export class Picture {
     this.timing = Object.fromEntries([...timing.matchAll(/([\w-]+);dur=([\d.]+)/g)].map(([, name, ms]) => [name, Number(ms)]));
     /** The effects that were simulated. */
     this.effects = (headers.get("render-plan") ?? "").split(/[,\s]+/).filter(Boolean);
-    this.warnings = [...(headers.get("render-warnings") ?? "").matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([, text]) => text ?? "");
+    this.warnings = [...(headers.get("render-warnings") ?? "").matchAll(/"((?:[^"\\]|\\.)*)"/g)].map(([, text = ""]) => textIn(text));
     this.etag = headers.get("etag");
     /** Its id, by which `Client.image` gets it again. */
     this.imageId = headers.get("content-location")?.match(/\/v1\/images\/(i_\w+)/)?.[1] ?? null;
@@ -106,5 +106,11 @@ function errorOf(header) {
  */
 function members(header) {
   const found = (header ?? "").matchAll(/([\w-]+)=(?:"((?:[^"\\]|\\.)*)"|([^,;\s]*))/g);
-  return new Map([...found].map(([, name = "", text, value]) => [name, text ?? value ?? ""]));
+  return new Map([...found].map(([, name = "", text, value]) => [name, text === undefined ? value ?? "" : textIn(text)]));
 }
+
+/**
+ * The text of what is inside the quotes of a string (RFC 9651): quotes and backslashes have a backslash before them.
+ * @param {string} inside
+ */
+const textIn = (inside) => inside.replace(/\\(.)/g, "$1");

@@ -1,4 +1,7 @@
-/** Anything that this package throws, but for `AbortError` and `TimeoutError` of the platform. */
+/**
+ * Anything that this package throws, but for `AbortError` and `TimeoutError` of the platform, and its `TypeError` and `RangeError`
+ * for an argument that cannot be sent.
+ */
 export class StrahlError extends Error {
   /** @override */
   name = "StrahlError";
@@ -78,11 +81,21 @@ function mistakeOf(entry) {
   return {
     code: String(code ?? ""),
     detail: String(detail ?? ""),
-    ...(typeof pointer === "string" && { pointer: pointer.replace(/^#/, "") }),
+    ...(typeof pointer === "string" && { pointer: pointerOf(pointer) }),
     ...(typeof parameter === "string" && { parameter }),
     ...(typeof line === "number" && { line }),
     ...(typeof column === "number" && { column }),
   };
+}
+
+/**
+ * A JSON pointer. One that is a URI fragment is percent-encoded (RFC 6901, 6); what is no UTF-8 becomes U+FFFD.
+ * @param {string} text
+ */
+function pointerOf(text) {
+  if (!text.startsWith("#")) return text;
+  const bytes = (/** @type {string} */ run) => Uint8Array.from(run.slice(1).split("%"), (hex) => Number.parseInt(hex, 16));
+  return text.slice(1).replace(/(?:%[\da-f]{2})+/gi, (run) => new TextDecoder("utf-8", { ignoreBOM: true }).decode(bytes(run)));
 }
 
 /** @param {Mistake} mistake */

@@ -153,6 +153,37 @@ test("jobs that end otherwise", async () => {
   for (const wrong of ["../livez", "", "a b", "%2e"]) await assert.rejects(client.jobs.get(wrong), TypeError);
 });
 
+test("pointers lead to the values in the scene", async () => {
+  const name = 'grün "a" \\ b', ball = { sphere: { center: [0, 0, 0], radius: 1, material: name } };
+  await assert.rejects(client.validate({ ...SCENE, materials: { [name]: { ior: -1 } }, objects: [ball] }),
+    problem("invalid-scene", ({ mistakes }) => mistakes[0].pointer === `/materials/${name}/ior`));
+});
+
+test("warnings are the same in pictures and streams", async () => {
+  const name = 'say "so" \\ b', ball = { sphere: { center: [0, 1, 0], radius: 1, material: name } };
+  const scene = { ...SCENE, materials: { [name]: { diffuse: [9, 0, 0] } }, objects: [ball] };
+  const { warnings } = await client.render(scene);
+  assert(warnings[0].startsWith(`/materials/${name}/diffuse: `) && warnings[0].includes('"#rrggbb"'), warnings[0]);
+  for await (const { final, picture } of client.stream(scene)) if (final) assert.deepEqual(picture.warnings, warnings);
+});
+
+test("times may have fractions, and no end", async () => {
+  assert.equal((await new Client(service.url, { timeout: 2.01 }).version()).name, "strahl");
+  for (const timeout of [Infinity, 1e9]) {
+    const patient = new Client(service.url, { timeout });
+    assert((await (await patient.jobs.submit(SCENE)).wait({ timeout })).bytes.length);
+    for await (const { final } of patient.stream(SCENE)) if (final) break;
+  }
+  const job = await client.jobs.submit(busyScene("fraction"), { width: 2000, height: 1500, samples: 256 });
+  for (const timeout of [0.1001, 0, -1]) await assert.rejects(job.wait({ timeout }), { name: "TimeoutError" });
+  await assert.rejects(job.wait({ timeout: NaN }), RangeError);
+  for (const timeout of [0, -1, NaN, "60"]) assert.throws(() => new Client(service.url, { timeout }), /RangeError: timeout must be seconds/);
+  const gone = { signal: AbortSignal.abort() };
+  for (const ask of [() => job.cancel(gone), () => job.prioritize(1, gone), () => job.delete(gone)]) await assert.rejects(ask, { name: "AbortError" });
+  assert(["queued", "running"].includes((await job.refresh()).state), "what was given up was not done");
+  await job.cancel();
+});
+
 test("the README does what it says", async () => {
   const blocks = [...fs.readFileSync(path.join(ROOT, "clients/js/README.md"), "utf8").matchAll(/```js\n(.*?)```/gs)].map(([, code]) => code);
   assert(blocks.length >= 5);

@@ -2,10 +2,12 @@
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import fs from "node:fs";
+import net from "node:net";
 import os from "node:os";
 import path from "node:path";
 import { test } from "node:test";
-import { Client, ConnectionError, DamagedError, Problem } from "../src/index.js";
+import { inspect } from "node:util";
+import { Client, ConnectionError, DamagedError, Job, Problem } from "../src/index.js";
 import { events } from "../src/sse.js";
 import { BINARY, SCENE, between, busyScene, start } from "./service.js";
 
@@ -116,6 +118,101 @@ test("a service that is silent is waited for as long as the client says", async 
   assert.equal(asked, 1);
 });
 
+/** A service that sends one of these on each connection, and then nothing. */
+async function silentAfter(about, ...beginnings) {
+  const service = { asked: 0 }, held = new Set();
+  const server = net.createServer((socket) => {
+    held.add(socket);
+    socket.once("data", () => socket.write(beginnings[service.asked++] ?? ""));
+    socket.on("error", () => {});
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  about.after(() => { held.forEach((socket) => socket.destroy()); server.close(); });
+  return Object.assign(service, { url: `http://127.0.0.1:${server.address().port}` });
+}
+const part = (type, body) => `--b\r\nContent-Type: ${type}\r\nContent-Length: ${body.length}\r\n\r\n${body}\r\n`;
+const chunked = (type, body) => `HTTP/1.1 200 OK\r\nContent-Type: ${type}\r\nTransfer-Encoding: chunked\r\n\r\n${body && `${body.length.toString(16)}\r\n${body}\r\n`}`;
+
+test("a stream that is silent is waited for as long as the client says", { timeout: 20_000 }, async (about) => {
+  const options = { timeout: 0.3, retries: 1 };
+  const silent = await silentAfter(about);
+  await assert.rejects(new Client(silent.url, options).stream(SCENE).next(), { name: "TimeoutError" });
+  assert.equal(silent.asked, 1, "who gives a time wants to wait no longer for an answer");
+  const coarse = part("application/json", '{"scale":8,"x":0,"y":0,"w":8,"h":8,"final":false}') + part("image/png", "coarse");
+  const fine = ['{"scale":1,"final":true}', "fine", '{"report":null}'].map((body) => part(body[0] === "{" ? "application/json" : "image/png", body)).join("");
+  const torn = await silentAfter(about, chunked("multipart/mixed", coarse), chunked("multipart/mixed", fine)), seen = [];
+  for await (const { picture } of new Client(torn.url, options).stream(SCENE)) {
+    seen.push(new TextDecoder().decode(picture.bytes));
+    // Who takes long over a picture does not make the service silent.
+    await new Promise((done) => setTimeout(done, 500));
+  }
+  assert.deepEqual([seen, torn.asked], [["coarse", "fine"], 2], "an answer that falls silent is asked for again");
+  const never = await silentAfter(about, ...Array(2).fill(chunked("multipart/mixed", coarse)));
+  await assert.rejects(async () => { for await (const _ of new Client(never.url, options).stream(SCENE)); }, (error) => error instanceof ConnectionError && /silent for 0.3/.test(error.message));
+  const stop = new AbortController(), stopped = new Client((await silentAfter(about)).url).stream(SCENE, {}, { signal: stop.signal }).next();
+  setTimeout(() => stop.abort(), 100);
+  await assert.rejects(stopped, { name: "AbortError" });
+});
+
+test("an idle stream that is cut is opened again and again", async (about) => {
+  // The clock is not waited for.
+  const pauses = [], real = globalThis.setTimeout;
+  about.mock.method(globalThis, "setTimeout", (done, ms) => { if (ms < 45_000) pauses.push(ms / 1_000); return real(done, ms < 45_000 ? 0 : ms); });
+  const stream = (text) => [200, { "content-type": "text/event-stream" }, text], idle = stream(": ok\n\n");
+  const ends = async (retries, ...responses) => {
+    pauses.length = 0;
+    const client = new Client("http://strahl.test", { retries, fetch: async () => { const [status, headers, body] = responses.shift(); return new Response(body, { status, headers }); } });
+    return client.jobs.events().next().then(() => assert.fail("there is no event"), (error) => error);
+  };
+  assert.equal((await ends(2, ...Array(9).fill(idle), [403, {}, "{}"])).status, 403);
+  assert(pauses.length === 9 && pauses.every((pause) => pause >= 1 && pause < 2), pauses.join());
+  for (const [said, least] of [["2500", 2.5], ["0", 0.5], ["soon", 1]]) {
+    await ends(2, stream(`retry: ${said}\n\n`), [403, {}, "{}"]);
+    assert(pauses[0] >= least && pauses[0] < least + 0.5, `${said}: ${pauses}`);
+  }
+  assert.equal((await ends(2, idle, BUSY, BUSY)).status, 503);
+  assert.equal(pauses.length, 2, "what does not answer is asked as often as allowed");
+  assert(await ends(2, ...Array(3).fill(stream("data: {\n\n"))) instanceof DamagedError);
+  assert.equal(pauses.length, 2, "what is damaged each time is asked for as often as allowed");
+});
+
+test("no error shows a secret, and what cannot be sent is said at once", async () => {
+  for (const key of ["se\ncret", "sec\u20acret", "sec\0ret", "s\u00e9cret"]) {
+    assert.throws(() => new Client("http://strahl.test", { key }), (error) => error instanceof TypeError && /the key/.test(error.message) && !/cret/.test(inspect(error)));
+  }
+  let got;
+  const fetch = async (_, { headers }) => { got = headers.authorization; return new Response(VERSION[2]); };
+  await new Client("http://strahl.test", { fetch, key: " secret\n" }).version();
+  assert.equal(got, "Bearer secret");
+  for (const url of ["http://me:secret@127.0.0.1:1", "http://me:secret@[::1", "127.0.0.1:8080", "localhost:8080", "ftp://secret", ""]) {
+    assert.throws(() => new Client(url), (error) => error instanceof TypeError && !/secret/.test(inspect(error)));
+  }
+  await assert.rejects(new Client("http://127.0.0.1:1/c/secret", { retries: 0 }).version(), (error) => error instanceof ConnectionError && !/secret/.test(inspect(error)));
+  const client = new Client("http://127.0.0.1:1");
+  await assert.rejects(client.jobs.submit(SCENE, { idempotencyKey: "a\nb" }), /TypeError: the idempotency key/);
+  await assert.rejects(new Job({}, { id: "a" }).events({ since: "1\n2" }).next(), /TypeError: the id of an event/);
+});
+
+test("a page is no answer of the service", async () => {
+  const all = async (some) => { for await (const _ of some); };
+  for (const ask of [(c) => c.version(), (c) => c.render(SCENE), (c) => all(c.stream(SCENE)), (c) => c.jobs.get("a"), (c) => all(c.jobs.list()),
+    (c) => all(c.jobs.events()), (c) => c.source("a"), (c) => c.jobs.submit(SCENE)]) {
+    const [client] = answers([200, { "content-type": "text/html; charset=utf-8" }, "<html>"]);
+    await assert.rejects(ask(client), (error) => error instanceof DamagedError && /text\/html.* check that the URL is that of the service/.test(error.message));
+  }
+  for (const ask of [(c) => all(c.stream(SCENE)), (c) => all(c.jobs.events()), (c) => c.jobs.get("a"), (c) => all(c.jobs.list())]) {
+    const [client, got] = answers(...Array(2).fill([200, { "content-type": "text/plain" }, "OK"]));
+    await assert.rejects(ask(client), (error) => error instanceof DamagedError && /text\/plain/.test(error.message));
+    assert.equal(got.length, 2);
+  }
+});
+
+test("pointers are decoded as far as they can be", async () => {
+  for (const [said, pointer] of [["#/a%20b/%C3%BC~1", "/a b/\u00fc~1"], ["/a%20b", "/a%20b"], ["#/a%zz%C", "/a%zz%C"], ["#/%FF%C3", "/\ufffd\ufffd"], ["#", ""]]) {
+    await assert.rejects(answers([422, {}, JSON.stringify({ errors: [{ pointer: said }] })])[0].version(), ({ mistakes }) => mistakes[0].pointer === pointer);
+  }
+});
+
 test("what is no answer of the service is said as it is", async () => {
   await assert.rejects(answers([404, {}, "<h1>nginx</h1>"])[0].version(), (error) => error instanceof Problem && /404/.test(error.message));
   await assert.rejects(answers(...Array(2).fill([200, {}, "<html>"]))[0].version(), DamagedError);
@@ -135,10 +232,10 @@ test("thousands of events come in any pieces", async () => {
   });
   for (const size of [7, 4_096, bytes.length]) {
     const seen = [];
-    for await (const { data } of events(inPieces(size), () => {})) seen.push(data.seq);
+    for await (const { data } of events(inPieces(size))) seen.push(data.seq);
     assert.deepEqual(seen, Array.from({ length: 5_000 }, (_, n) => n), `pieces of ${size}`);
   }
   for (const broken of ["x".repeat(2 << 20), "event: tile\ndata: {\n\n"]) {
-    await assert.rejects(async () => { for await (const _ of events(inPieces(65_536, new TextEncoder().encode(broken)), () => {})); }, DamagedError);
+    await assert.rejects(async () => { for await (const _ of events(inPieces(65_536, new TextEncoder().encode(broken)))); }, DamagedError);
   }
 });

@@ -13,7 +13,11 @@ export async function use(signal: AbortSignal): Promise<number> {
   const proved: number | null = picture.error.proved;
   const plan = await client.analyze(scene, { precision: "double" });
   const rays: number = plan.actual.rays.camera;
+  await client.tile(scene, [0, 0, 8, 8], { format: "exr", layers: "distance" }, { signal });
   const job: Job = await client.jobs.submit(scene, { priority: 60, labels: ["a"], idempotencyKey: "b" });
+  await job.prioritize(70, { signal });
+  await job.cancel({ signal });
+  await job.delete({ signal });
   for await (const { fraction, etaMs } of job.progress() satisfies AsyncIterable<Progress>) console.log(fraction, etaMs);
   try {
     await client.validate("{}");
@@ -22,6 +26,10 @@ export async function use(signal: AbortSignal): Promise<number> {
   }
   // @ts-expect-error there is no such setting
   await client.render(scene, { max_dept: 5 });
+  // @ts-expect-error jobs have no layers
+  await client.jobs.submit(scene, { format: "exr", layers: "distance" });
+  // @ts-expect-error streams have no layers
+  client.stream(scene, { format: "exr", layers: "distance" });
   // @ts-expect-error a job has no such state
   client.jobs.list({ state: "done" });
   return (proved ?? 0) + rays + (await client.tree(scene, 1, 2)).value.length;

@@ -6,7 +6,8 @@
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
-/** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number, layers?: string }} Output how a picture is written */
+/** @typedef {{ format?: Schemas["PictureOutput"]["format"], bits?: 8 | 16, quality?: number }} Output how a picture is written */
+/** @typedef {{ layers?: string }} Layers further layers of an EXR; streams and jobs have none */
 /** @typedef {{ signal?: AbortSignal }} Given `signal` gives a request up; the service cancels its work. */
 /**
  * A service.
@@ -17,7 +18,7 @@ export class Client {
     /**
      * @param {string} [url] `http://127.0.0.1:8080` by default
      * @param {{ key?: string, timeout?: number, retries?: number, fetch?: typeof fetch }} [options] `timeout` is in seconds,
-     *   for each request
+     *   for each request, and `Infinity` is no limit; a stream is asked for again if it is silent so long
      */
     constructor(url?: string, { key, timeout, retries, fetch: own }?: {
         key?: string;
@@ -29,18 +30,18 @@ export class Client {
     /**
      * The picture of a scene.
      * @param {Scene} scene
-     * @param {Settings & Output} [options]
+     * @param {Settings & Output & Layers} [options]
      * @param {Given} [given]
      */
-    render(scene: Scene, options?: Settings & Output, given?: Given): Promise<import("./picture.js").Picture>;
+    render(scene: Scene, options?: Settings & Output & Layers, given?: Given): Promise<import("./picture.js").Picture>;
     /**
      * A region of the picture: the same bytes as in the whole.
      * @param {Scene} scene
      * @param {readonly [x: number, y: number, width: number, height: number]} region
-     * @param {Settings & Output} [options]
+     * @param {Settings & Output & Layers} [options]
      * @param {Given} [given]
      */
-    tile(scene: Scene, [x, y, w, h]: readonly [x: number, y: number, width: number, height: number], options?: Settings & Output, given?: Given): Promise<import("./picture.js").Picture>;
+    tile(scene: Scene, [x, y, w, h]: readonly [x: number, y: number, width: number, height: number], options?: Settings & Output & Layers, given?: Given): Promise<import("./picture.js").Picture>;
     /**
      * The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render.
      * @param {Scene} scene
@@ -225,6 +226,11 @@ export type Output = {
     format?: Schemas["PictureOutput"]["format"];
     bits?: 8 | 16;
     quality?: number;
+};
+/**
+ * further layers of an EXR; streams and jobs have none
+ */
+export type Layers = {
     layers?: string;
 };
 /**

@@ -1,3 +1,25 @@
+/**
+ * A signal that aborts after so many seconds, if they have an end.
+ * @param {number} seconds
+ */
+export function limitOf(seconds: number): AbortSignal | undefined;
+/**
+ * A signal that aborts with the first of several.
+ * @param {(AbortSignal | undefined)[]} signals
+ */
+export function first(...signals: (AbortSignal | undefined)[]): AbortSignal | undefined;
+/**
+ * The answer of a service that speaks JSON.
+ * @param {Response} answer
+ * @returns {Promise<any>}
+ */
+export function json(answer: Response): Promise<any>;
+/**
+ * Text for a header, which is checked here: `fetch` would show it in its error.
+ * @param {string} what
+ * @param {string} text
+ */
+export function headerValue(what: string, text: string): string;
 /** Longest wait that the service may ask for, in seconds. */
 export const PATIENCE: 120;
 /** When something is tried again: as the service says, else twice as long each time. */
@@ -37,13 +59,14 @@ export class Connection {
         fetch: typeof globalThis.fetch;
     });
     url: string;
+    host: string;
     retries: number;
     timeout: number;
     fetch: typeof fetch;
     /** @type {Record<string, string>} */
     headers: Record<string, string>;
     /**
-     * Sends a request once. The answer is a success.
+     * Sends a request once. The answer is a success, and no page.
      * @param {string} path
      * @param {Asked} asked
      * @param {AbortSignal} [signal]
@@ -58,6 +81,19 @@ export class Connection {
      * @returns {Promise<T>}
      */
     ask<T>(path: string, asked: Asked, read: (answer: Response) => Promise<T>): Promise<T>;
+    /**
+     * Sends a request once whose answer comes in parts, of the type that it accepts. The service may be silent for so many seconds:
+     * before the answer that is a `TimeoutError`, and within it a `ConnectionError`. Who stops listening closes the connection.
+     * @param {string} path
+     * @param {Asked & { headers: { accept: string } }} asked
+     * @param {number} seconds
+     * @returns {Promise<AsyncIterable<Uint8Array> | undefined>} undefined if the answer is empty (204)
+     */
+    open(path: string, asked: Asked & {
+        headers: {
+            accept: string;
+        };
+    }, seconds: number): Promise<AsyncIterable<Uint8Array> | undefined>;
     /**
      * An error of the platform as one of this package.
      * @param {unknown} cause

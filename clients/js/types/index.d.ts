@@ -3,6 +3,7 @@ export { Picture } from "./picture.js";
 export type Scene = import("./client.js").Scene;
 export type Settings = import("./client.js").Settings;
 export type Output = import("./client.js").Output;
+export type Layers = import("./client.js").Layers;
 export type Given = import("./client.js").Given;
 export type ImageLike = import("./client.js").ImageLike;
 export type Pass = import("./parts.js").Pass;

@@ -126,7 +126,8 @@ export class Job {
      */
     progress({ signal }?: import("./client.js").Given): AsyncGenerator<Progress, void>;
     /**
-     * Waits for its end; its picture. Rejects with a `Problem` if there is none, with a `TimeoutError` after so many seconds.
+     * Waits for its end; its picture. Rejects with a `Problem` if there is none, with a `TimeoutError` after so many seconds:
+     * at once after 0 or less, never after `Infinity`.
      * @param {{ timeout?: number, onProgress?: (progress: Progress) => void } & import("./client.js").Given} [options]
      */
     wait({ timeout, onProgress, signal }?: {
@@ -149,15 +150,22 @@ export class Job {
      * @param {import("./client.js").Given} [given]
      */
     tile([x, y, w, h]: readonly [x: number, y: number, width: number, height: number], { signal }?: import("./client.js").Given): Promise<import("./picture.js").Picture>;
-    /** Stops it. One that has ended already rejects with a `Problem`, `conflict`. */
-    cancel(): Promise<this>;
+    /**
+     * Stops it. One that has ended already rejects with a `Problem`, `conflict`.
+     * @param {import("./client.js").Given} [given]
+     */
+    cancel({ signal }?: import("./client.js").Given): Promise<this>;
     /**
      * Changes its priority.
      * @param {number} priority 0 to 100
+     * @param {import("./client.js").Given} [given]
      */
-    prioritize(priority: number): Promise<this>;
-    /** Forgets it and its picture. */
-    delete(): Promise<void>;
+    prioritize(priority: number, { signal }?: import("./client.js").Given): Promise<this>;
+    /**
+     * Forgets it and its picture.
+     * @param {import("./client.js").Given} [given]
+     */
+    delete({ signal }?: import("./client.js").Given): Promise<void>;
     #private;
 }
 export type Schemas = import("../types/contract.js").components["schemas"];

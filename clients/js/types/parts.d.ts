@@ -10,10 +10,10 @@
  */
 /**
  * The pictures in an answer of `multipart/mixed` (RFC 2046), until the last one; it may be torn before.
- * @param {ReadableStream<Uint8Array>} body
+ * @param {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} answer
  * @returns {AsyncGenerator<Pass, void>}
  */
-export function passes(body: ReadableStream<Uint8Array>): AsyncGenerator<Pass, void>;
+export function passes(answer: AsyncIterable<Uint8Array> | Iterable<Uint8Array>): AsyncGenerator<Pass, void>;
 /**
  * A picture on its way. Each of its pixels stands for `scale` x `scale` of those of `region`.
  */

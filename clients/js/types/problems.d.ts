@@ -1,4 +1,7 @@
-/** Anything that this package throws, but for `AbortError` and `TimeoutError` of the platform. */
+/**
+ * Anything that this package throws, but for `AbortError` and `TimeoutError` of the platform, and its `TypeError` and `RangeError`
+ * for an argument that cannot be sent.
+ */
 export class StrahlError extends Error {
 }
 /** The service does not answer, or its answer broke off, also when asked again. */

@@ -223,6 +223,32 @@ def test_the_readme_does_what_it_says(service, tmp_path, monkeypatch, capsys):
     known["client"].close()
 
 
+WEIRD = 'gr\u00fcn "a" \\ b'
+
+
+def test_pointers_lead_to_the_values_in_the_scene(client):
+    scene = {**SCENE, "materials": {WEIRD: {"ior": -1}}, "objects": [{"sphere": {"center": [0, 0, 0], "radius": 1, "material": WEIRD}}]}
+    with pytest.raises(strahl.InvalidScene) as caught:
+        client.validate(scene)
+    assert [mistake.pointer for mistake in caught.value.mistakes] == [f"/materials/{WEIRD}/ior"]
+
+
+def test_warnings_are_the_same_in_pictures_and_streams(client):
+    name = 'say "so" \\ b'
+    scene = {**SCENE, "materials": {name: {"diffuse": [9, 0, 0]}}, "objects": [{"sphere": {"center": [0, 1, 0], "radius": 1, "material": name}}]}
+    warnings = client.render(scene).warnings
+    assert warnings[0].startswith(f"/materials/{name}/diffuse: ") and '"#rrggbb"' in warnings[0]
+    assert list(client.stream(scene))[-1].picture.warnings == warnings
+
+
+def test_only_pictures_in_one_answer_have_layers(client):
+    assert client.render(SCENE, format="exr", layers="distance").media_type == "image/x-exr"
+    with pytest.raises(strahl.InvalidRequest, match="layers"):
+        client.jobs.submit(SCENE, format="exr", layers="distance")
+    with pytest.raises(strahl.InvalidRequest, match="layers"):
+        list(client.stream(SCENE, format="exr", layers="distance"))
+
+
 def test_jobs_are_listed_over_pages(client):
     for number in range(60):
         client.jobs.submit(SCENE, labels=["many"], max_depth=number % 3 + 1)

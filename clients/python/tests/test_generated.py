@@ -41,8 +41,9 @@ def test_answers_have_the_keys_of_their_types(service):
 def test_the_settings_are_those_of_the_contract():
     import json
 
-    from strahl.calls import Output, Settings
+    from strahl.calls import Output, PictureOptions, RenderOptions, Settings
 
     schemas = json.loads((ROOT / "api/openapi.json").read_text())["components"]["schemas"]
     assert set(Settings.__annotations__) == set(schemas["Overrides"]["properties"])
-    assert set(Output.__annotations__) == set(schemas["PictureOutput"]["properties"]) | {"layers"}
+    assert set(Output.__annotations__) == set(schemas["PictureOutput"]["properties"])
+    assert set(RenderOptions.__annotations__) - set(PictureOptions.__annotations__) == {"layers"}

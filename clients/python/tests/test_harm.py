@@ -1,11 +1,14 @@
 """Cut connections, a service that is killed, wrong keys, busy services, thousands of events."""
 
+import contextlib
 import json
+import math
 import signal
 import socket
 import subprocess
 import threading
 import time
+import traceback
 
 import httpx
 import pytest
@@ -144,6 +147,165 @@ def test_a_service_that_is_silent_is_waited_for_as_long_as_the_client_says():
     with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(strahl.Unreachable, match="timed out"):
         # Asked five times more, it would take half a minute.
         Client(f"http://127.0.0.1:{silent.getsockname()[1]}", timeout=0.2).version()
+
+
+@contextlib.contextmanager
+def silent_after(*beginnings):
+    """A service that sends one of these on each connection, and then nothing; its URL, and how often it was asked."""
+    asked, held = [], []
+
+    def serve(listener):
+        for beginning in beginnings:
+            with contextlib.suppress(OSError):
+                connection, _ = listener.accept()
+                held.append(connection)
+                asked.append(connection.recv(65536))
+                connection.sendall(beginning)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=serve, args=(listener,), daemon=True).start()
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}", asked
+    for connection in held:
+        connection.close()
+
+
+PARTS = b"HTTP/1.1 200 OK\r\nContent-Type: multipart/mixed; boundary=b\r\n\r\n"
+COARSE = b'{"scale":8,"x":0,"y":0,"w":8,"h":8,"final":false}'
+
+
+def test_a_stream_that_is_silent_is_waited_for_as_long_as_the_client_says():
+    with silent_after(b"", b"") as (url, asked), pytest.raises(strahl.Unreachable, match="timed out"):
+        list(Client(url, timeout=0.3, retries=1).stream(SCENE))
+    assert len(asked) == 1, "who gives a time wants to wait no longer for an answer"
+    coarse = PARTS + part(b"application/json", COARSE) + part(b"image/png", b"coarse")
+    fine = PARTS + part(b"application/json", b'{"scale":1,"final":true}') + part(b"image/png", b"fine") + part(b"application/json", b'{"report":null}')
+    with silent_after(coarse, fine) as (url, asked):
+        assert [told.picture.content for told in Client(url, timeout=0.3, retries=1).stream(SCENE)] == [b"coarse", b"fine"]
+    assert len(asked) == 2, "an answer that falls silent is asked for again"
+
+
+@pytest.mark.parametrize("timeout", [0, -1, math.nan])
+def test_a_timeout_that_is_none_is_refused(timeout):
+    with pytest.raises(strahl.InvalidArgument, match="timeout"):
+        Client(timeout=timeout)
+
+
+def test_a_timeout_may_be_without_limit(service):
+    client = Client(service.url, timeout=math.inf)
+    assert client.version()["name"] == "strahl"
+    assert client.jobs.submit(busy_scene("no limit")).wait(timeout=math.inf).content
+
+
+IDLE = (200, {"content-type": "text/event-stream"}, b": ok\n\n")
+
+
+def pauses_of(monkeypatch, *responses, retries=2):
+    """The seconds that a client waits between connections to a stream, and what it ends with."""
+    client, _ = answers(*responses, retries=retries)
+    pauses = []
+    monkeypatch.setattr("time.sleep", pauses.append)
+    with pytest.raises(strahl.StrahlError) as caught:
+        list(client.jobs.events())
+    return pauses, caught.value
+
+
+def test_an_idle_stream_that_is_cut_is_opened_again_and_again(monkeypatch):
+    refused = (403, {}, b"{}")
+    pauses, error = pauses_of(monkeypatch, *[IDLE] * 9, refused)
+    assert isinstance(error, strahl.Forbidden) and len(pauses) == 9 and all(1 <= pause < 2 for pause in pauses), pauses
+    for said, least in ((b"2500", 2.5), (b"0", 0.5), (b"9" * 400, 120), (b"soon", 1)):
+        pauses, _ = pauses_of(monkeypatch, (*IDLE[:2], b"retry: " + said + b"\n\n"), refused)
+        assert least <= pauses[0] < least + 0.5, said
+    pauses, error = pauses_of(monkeypatch, IDLE, *[BUSY] * 2)
+    assert isinstance(error, strahl.Busy) and len(pauses) == 2, "what does not answer is asked as often as allowed"
+    pauses, error = pauses_of(monkeypatch, *[(*IDLE[:2], b"data: {\n\n")] * 3)
+    assert isinstance(error, strahl.Damaged) and len(pauses) == 2, "what is damaged each time is asked for as often as allowed"
+
+
+def test_no_error_shows_a_secret(monkeypatch):
+    for key in ("se\ncret", "sec\u20acret", "sec\0ret", "s\u00e9cret"):
+        with pytest.raises(strahl.InvalidArgument, match="key") as caught:
+            Client("http://strahl.test", key=key)
+        shown = "".join(traceback.format_exception(caught.value))
+        assert key not in shown and repr(key)[1:-1] not in shown and "cret'" not in shown
+    got = []
+    transport = httpx.MockTransport(lambda request: got.append(request) or httpx.Response(200, content=VERSION[2]))
+    monkeypatch.setenv("STRAHL_KEY", " secret\n")
+    Client("http://strahl.test", transport=transport).version()
+    assert got[0].headers["authorization"] == "Bearer secret"
+    for url in ("http://me:secret@127.0.0.1:1/c/secret", "http://me:sec:secret@[::1"):
+        with pytest.raises(strahl.StrahlError) as caught:
+            Client(url, retries=0).version()
+        assert "secret" not in str(caught.value)
+
+
+def test_what_cannot_be_sent_is_said_at_once(service):
+    client, started = Client(service.url), time.monotonic()
+    with pytest.raises(strahl.InvalidArgument, match="idempotency key"):
+        client.jobs.submit(SCENE, idempotency_key="a\nb")
+    with pytest.raises(strahl.InvalidArgument, match="too long"):
+        list(client.jobs.list(label="x" * 70_000))
+    with pytest.raises(strahl.InvalidArgument, match="too long"):
+        list(client.jobs.events(label="x" * 70_000))
+    job = strahl.Job(client, {**client.jobs.submit(SCENE).view, "id": "a"})
+    with pytest.raises(strahl.InvalidArgument):
+        list(job.events("1\n2"))
+    with pytest.raises(strahl.InvalidArgument, match="JSON"):
+        client.render({**SCENE, "name": math.nan})
+    with pytest.raises(strahl.InvalidArgument, match="UTF-8"):
+        client.render('{"name":"\ud800"}')
+    for url in ("127.0.0.1:8080", "localhost:8080", "ftp://a", "http://", "http://a:b"):
+        with pytest.raises(strahl.InvalidArgument, match="http://127.0.0.1:8080"):
+            Client(url)
+
+    def refuse(request):
+        raise httpx.LocalProtocolError("Illegal header value b'secret'")
+
+    with pytest.raises(strahl.InvalidArgument) as caught:
+        Client("http://strahl.test", transport=httpx.MockTransport(refuse)).version()
+    assert "secret" not in "".join(traceback.format_exception(caught.value))
+    assert time.monotonic() - started < 5, "nothing of this is tried again"
+
+
+def test_an_answer_that_cannot_be_unpacked_is_damaged(tmp_path):
+    def asks(client):
+        job = strahl.Job(client, {"id": "a", "state": "succeeded"})
+        return [client.version, lambda: client.render(SCENE), lambda: list(client.stream(SCENE)), lambda: list(job.events()),
+                lambda: list(client.jobs.events()), lambda: job.download(tmp_path / "a.png")]
+
+    for number in range(6):
+        kind = {2: "multipart/mixed", 3: "text/event-stream", 4: "text/event-stream"}.get(number, "application/json")
+
+        def answer(request, kind=kind):
+            stream = httpx.ByteStream(b"no gzip")
+            return httpx.Response(200, headers={"content-encoding": "gzip", "content-type": kind}, stream=stream)
+
+        with pytest.raises(strahl.Damaged, match="unpacked"):
+            asks(Client("http://strahl.test", transport=httpx.MockTransport(answer), retries=0))[number]()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_page_is_no_answer_of_the_service():
+    page = (200, {"content-type": "text/html; charset=utf-8"}, b"<html>")
+    for ask in (lambda client: client.version(), lambda client: client.render(SCENE), lambda client: list(client.stream(SCENE)),
+                lambda client: client.jobs.get("a"), lambda client: list(client.jobs.list()), lambda client: list(client.jobs.events()),
+                lambda client: client.source("a"), lambda client: client.jobs.submit(SCENE)):
+        client, _ = answers(page, retries=0)
+        with pytest.raises(strahl.Damaged, match="text/html.* check that the URL is that of the service"):
+            ask(client)
+    for ask in (lambda client: list(client.stream(SCENE)), lambda client: list(client.jobs.events())):
+        client, got = answers(*[(200, {"content-type": "text/plain"}, b"OK")] * 2, retries=1)
+        with pytest.raises(strahl.Damaged, match="text/plain"):
+            ask(client)
+        assert len(got) == 2
+
+
+def test_pointers_are_decoded_as_far_as_they_can_be():
+    for said, pointer in (("#/a%20b/%C3%BC~1", "/a b/\u00fc~1"), ("/a%20b", "/a%20b"), ("#/a%zz%C", "/a%zz%C"), ("#/%FF%C3", "/\ufffd\ufffd"), ("#", "")):
+        client, _ = answers((422, {}, json.dumps({"errors": [{"pointer": said}]}).encode()))
+        with pytest.raises(strahl.Problem) as caught:
+            client.version()
+        assert caught.value.mistakes[0].pointer == pointer
 
 
 def test_what_is_no_answer_of_the_service_is_said_as_it_is():

@@ -11,6 +11,7 @@ from .problems import (
     Damaged,
     Forbidden,
     Gone,
+    InvalidArgument,
     InvalidRequest,
     InvalidScene,
     JobFailed,
@@ -27,6 +28,6 @@ from .problems import (
 
 __all__ = [
     "AsyncClient", "AsyncJob", "AsyncJobs", "Busy", "Client", "Conflict", "Damaged", "Error", "Event", "Forbidden", "Gone",
-    "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Pass", "Picture", "Problem", "Progress",
-    "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
+    "InvalidArgument", "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Pass", "Picture",
+    "Problem", "Progress", "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
 ]

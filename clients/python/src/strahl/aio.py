@@ -14,12 +14,12 @@ import anyio
 import httpx
 
 from . import calls, contract
-from .calls import Call, ImageLike, RenderOptions, SceneLike, Settings
-from .events import SILENCE, Event, Follower, Meter, Parser, Progress, progress_of
+from .calls import Call, ImageLike, PictureOptions, RenderOptions, SceneLike, Settings
+from .events import SILENCE, Event, Follower, Meter, Progress, progress_of
 from .parts import Finer, Parts, Pass
 from .picture import Picture, check_digest
-from .problems import Problem, StrahlError, Unreachable, failure_of
-from .retry import Backoff, shown
+from .problems import Problem, Unreachable, failure_of
+from .retry import FAILURES, Backoff, give_up
 
 T = TypeVar("T")
 
@@ -28,14 +28,14 @@ class AsyncClient:
     """A service. Without `url` and `key`, STRAHL_URL and STRAHL_KEY say which.
 
     Requests to a service that is busy (429, 503) or away are sent again, up to `retries` times, when `Retry-After` says.
-    `timeout` is in seconds, for each request.
+    `timeout` is in seconds, for each request, and `math.inf` is no limit. A stream is asked for again if it is silent so long.
     """
 
     def __init__(self, url: str | None = None, *, key: str | None = None, timeout: float = 60.0, retries: int = 5,
                  transport: httpx.AsyncBaseTransport | None = None) -> None:
         self.retries = retries
-        self._timeout = timeout
-        self._http = httpx.AsyncClient(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=timeout, transport=transport)
+        self._timeout = calls.limit_of(timeout)
+        self._http = httpx.AsyncClient(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=self._timeout, transport=transport)
         self.jobs = AsyncJobs(self)
 
     async def __aenter__(self) -> Self:
@@ -56,25 +56,28 @@ class AsyncClient:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
         return await self._do(calls.tile(scene, region, options))
 
-    async def stream(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> AsyncIterator[Pass]:
+    async def stream(self, scene: SceneLike, /, **options: Unpack[PictureOptions]) -> AsyncIterator[Pass]:
         """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
         call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
         while True:
+            answered = False
             try:
                 headers = {**call.headers, "Accept": "multipart/mixed"}
                 async with self._stream("POST", call.path, headers, self._timeout, call.query, call.body) as response:
-                    parts = Parts()
+                    parts, answered = Parts(), True
                     async for chunk in response.aiter_bytes():
                         for told in parts.feed(chunk):
                             if finer.take(told):
                                 yield told
-                if finer.over:
-                    return
                 error: Exception = finer.torn()
-            except (StrahlError, httpx.TransportError) as broken:
+            except FAILURES as broken:
                 error = broken
-            if (seconds := backoff.next(error)) is None:
-                raise shown(error, self._http.base_url) from error
+            if finer.over:
+                return
+            # Who gives a time wants to wait no longer than that for an answer; one that falls silent is torn.
+            late = isinstance(error, httpx.ReadTimeout) and not answered
+            if (seconds := None if late else backoff.next(error)) is None:
+                give_up(error, self._http.base_url)
             await anyio.sleep(seconds)
 
     async def explain(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Plan:
@@ -158,20 +161,19 @@ class AsyncClient:
         while True:
             try:
                 return call.read(await self._send(call))
-            except (StrahlError, httpx.TransportError) as error:
+            except FAILURES as error:
                 repeatable = call.repeatable or isinstance(error, (Problem, httpx.ConnectError))
                 # Who gives a time wants to wait no longer than that.
                 seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.ReadTimeout) else None
                 if seconds is None:
-                    raise shown(error, self._http.base_url) from error
+                    give_up(error, self._http.base_url)
             await anyio.sleep(seconds)
 
     async def _send(self, call: Call[T]) -> httpx.Response:
         response = await self._http.request(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body,
                                       timeout=self._timeout + call.patience)
-        if response.is_success:
-            return response
-        raise calls.refused(response)
+        calls.check(response)
+        return response
 
     @asynccontextmanager
     async def _stream(self, method: str, path: str, headers: Mapping[str, str], read: float, query: Mapping[str, str] | None = None,
@@ -181,8 +183,27 @@ class AsyncClient:
         async with stream as response:
             if not response.is_success:
                 await response.aread()
-                raise calls.refused(response)
+            # An answer of 204 has no type.
+            calls.check(response, None if response.status_code == 204 else headers.get("Accept"))
             yield response
+
+    async def _follow(self, path: str, follower: Follower, query: Mapping[str, str] | None = None) -> AsyncIterator[Event]:
+        """The events of a stream, which goes on after the last one if it breaks, until the service has no more (204)."""
+        while True:
+            error: Exception = Unreachable("the stream of events ends too soon")
+            try:
+                async with self._stream("GET", path, follower.headers(), SILENCE, query) as response:
+                    if response.status_code == 204:
+                        return
+                    follower.opened()
+                    async for part in response.aiter_bytes():
+                        for event in follower.feed(part):
+                            yield event
+            except FAILURES as broken:
+                error = broken
+            if follower.over:
+                return
+            await anyio.sleep(follower.next(error, self._http.base_url))
 
 
 class AsyncJobs:
@@ -193,7 +214,7 @@ class AsyncJobs:
 
     async def submit(self, scene: SceneLike, /, *, priority: int | None = None, labels: Sequence[str] = (),
                webhook: str | None = None, store: str | bool = False,
-               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> AsyncJob:
+               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[PictureOptions]) -> AsyncJob:
         """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL
         that hears of it, and `store` the name of its picture in the service's store, or True for a name of its own."""
         view = await self._client._do(
@@ -214,26 +235,14 @@ class AsyncJobs:
             if (cursor := page["next"]) is None:
                 return
 
-    async def events(self, *, label: str | None = None) -> AsyncIterator[Event]:
+    def events(self, *, label: str | None = None) -> AsyncIterator[Event]:
         """What happens to all jobs of the tenant, with `created` and `removed` as they come and go, without an end.
 
         First comes a snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be
         continued.
         """
-        follower = Follower(retries=self._client.retries)
-        path = "/v1/events" if label is None else f"/v1/events?{httpx.QueryParams({'label': label})}"
-        while True:
-            error: Exception = Unreachable("the stream of events has ended")
-            try:
-                async with self._client._stream("GET", path, follower.headers(), SILENCE) as response:
-                    parser = Parser()
-                    async for part in response.aiter_bytes():
-                        for event in parser.feed(part):
-                            if (told := follower.take(event)) is not None:
-                                yield told
-            except (StrahlError, httpx.TransportError) as broken:
-                error = broken
-            await anyio.sleep(follower.next(error, self._client._http.base_url))
+        follower = Follower(retries=self._client.retries, endless=True)
+        return self._client._follow("/v1/events", follower, calls.query_of({"label": label}))
 
 
 class AsyncJob:
@@ -259,25 +268,9 @@ class AsyncJob:
         self.view = await self._client._do(calls.job(self.id, wait))
         return self
 
-    async def events(self, since: str = "") -> AsyncIterator[Event]:
+    def events(self, since: str = "") -> AsyncIterator[Event]:
         """What happens to it, until it has ended. A stream that breaks goes on after the last event."""
-        follower = Follower(since, self._client.retries)
-        while not follower.over:
-            try:
-                async with self._client._stream("GET", f"/v1/jobs/{self.id}/events", follower.headers(), SILENCE) as response:
-                    if response.status_code == 204:
-                        return
-                    parser = Parser()
-                    async for part in response.aiter_bytes():
-                        for event in parser.feed(part):
-                            if (told := follower.take(event)) is not None:
-                                yield told
-                error: Exception = Unreachable("the stream of events ends before the job")
-            except (StrahlError, httpx.TransportError) as broken:
-                error = broken
-            if follower.over:
-                return
-            await anyio.sleep(follower.next(error, self._client._http.base_url))
+        return self._client._follow(f"/v1/jobs/{self.id}/events", Follower(since, self._client.retries))
 
     async def progress(self) -> AsyncIterator[Progress]:
         """How far it is, until it has ended."""
@@ -294,9 +287,9 @@ class AsyncJob:
         until = None if timeout is None else time.monotonic() + timeout
         while self.state in {"queued", "running"}:
             left = 20.0 if until is None else until - time.monotonic()
-            if left <= 0:
+            if not left > 0:
                 raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds")
-            await self.refresh(wait=1 if on_progress else max(1, min(20, int(left))))
+            await self.refresh(wait=1 if on_progress else max(1, int(min(20, left))))
             if on_progress:
                 on_progress(progress_of(self.view))
         return await self.result()
@@ -321,11 +314,11 @@ class AsyncJob:
                             digest.update(chunk)
                     check_digest(digest.digest(), response.headers)
                 return os.replace(part, path)
-            except (StrahlError, httpx.TransportError) as error:
+            except FAILURES as error:
                 if (seconds := backoff.next(error)) is None:
                     if os.path.exists(part):
                         os.remove(part)
-                    raise shown(error, self._client._http.base_url) from error
+                    give_up(error, self._client._http.base_url)
             await anyio.sleep(seconds)
 
     async def preview(self) -> Picture:

@@ -8,19 +8,21 @@ import uuid
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, Literal, TypeAlias, TypedDict, TypeVar, cast
+from typing import Any, Generic, Literal, NoReturn, TypeAlias, TypedDict, TypeVar, cast
 
 import httpx
 
 from . import contract
 from .picture import Picture, picture_of
-from .problems import Damaged, Problem, problem_of
+from .problems import Damaged, InvalidArgument, problem_of
 
 T = TypeVar("T")
 
 #: A scene: a `dict`, its JSON text, or a file of JSON or NFF, plain or gzip.
 SceneLike: TypeAlias = "Mapping[str, Any] | str | bytes | Path"
 Format: TypeAlias = Literal["png", "jpg", "webp", "exr", "pfm"]
+# Longest limit of a connection that sockets take, in seconds: three weeks, which no request lasts.
+_LONGEST = 2_000_000.0
 
 
 class Settings(TypedDict, total=False):
@@ -67,12 +69,17 @@ class Output(TypedDict, total=False):
     format: Format
     bits: Literal[8, 16]
     quality: int
+
+
+class PictureOptions(Settings, Output, total=False):
+    """Settings, and how the picture is written."""
+
+
+class RenderOptions(PictureOptions, total=False):
+    """Of a picture in one answer: streams and jobs have no layers."""
+
     #: Further layers of an EXR.
     layers: str
-
-
-class RenderOptions(Settings, Output, total=False):
-    """Settings, and how the picture is written."""
 
 
 @dataclass(frozen=True)
@@ -91,22 +98,39 @@ class Call(Generic[T]):
     patience: float = 0.0
 
 
-def refused(response: httpx.Response) -> Problem:
-    """The problem of an answer that has been read."""
+def check(response: httpx.Response, wanted: str | None = None) -> None:
+    """Raises the problem that an answer is. A success must be of the wanted type, and is never a page."""
+    if not response.is_success:
+        _refuse(response)
+    kind = _kind(response)
+    if kind == "text/html" or (wanted and kind != wanted):
+        raise _foreign(response, wanted or "what was asked for")
+
+
+def _refuse(response: httpx.Response) -> NoReturn:
     try:
         document: Any = response.json()
     except ValueError:
         document = response.text
     # A date would need a clock that agrees; the service sends seconds.
     after = response.headers.get("retry-after", "")
-    return problem_of(response.status_code, document, float(after) if after.isdecimal() else None)
+    raise problem_of(response.status_code, document, float(after) if after.isdecimal() else None)
+
+
+def _kind(response: httpx.Response) -> str:
+    return str(response.headers.get("content-type", "")).split(";")[0].strip().lower()
+
+
+def _foreign(response: httpx.Response, wanted: str) -> Damaged:
+    """An answer that is not the service's: mostly the URL is that of something else."""
+    return Damaged(f"the answer is {_kind(response) or 'of no type'}, not {wanted}: check that the URL is that of the service")
 
 
 def _json(response: httpx.Response) -> Any:
     try:
         return response.json()
     except ValueError as error:
-        raise Damaged(f"the answer of {response.url.path} is not JSON") from error
+        raise _foreign(response, "JSON") from error
 
 
 def _read(_: type[T]) -> Callable[[httpx.Response], T]:
@@ -129,9 +153,23 @@ def scene_body(scene: SceneLike) -> tuple[bytes, str]:
         nff = any(ending in {".nff", ".aff"} for ending in endings)
         return scene.read_bytes(), "application/gzip" if packed else "text/x-nff" if nff else "application/json"
     if isinstance(scene, Mapping):
+        return _json_text(scene), "application/json"
+    return (_utf8(scene) if isinstance(scene, str) else bytes(scene)), "application/json"
+
+
+def _json_text(value: Any) -> bytes:
+    try:
         # NaN is no JSON; the service would not say where it is.
-        return json.dumps(scene, allow_nan=False).encode(), "application/json"
-    return (scene.encode() if isinstance(scene, str) else bytes(scene)), "application/json"
+        return json.dumps(value, allow_nan=False).encode()
+    except ValueError as error:
+        raise InvalidArgument(f"this is no JSON: {error}") from error
+
+
+def _utf8(text: str) -> bytes:
+    try:
+        return text.encode()
+    except UnicodeEncodeError as error:
+        raise InvalidArgument(f"the text of the scene is no UTF-8: {error.reason} at character {error.start}") from error
 
 
 def query_of(options: Mapping[str, Any]) -> dict[str, str]:
@@ -163,7 +201,7 @@ def explain(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Plan]
 
 
 def explain_each(scene: SceneLike, settings: Sequence[Settings]) -> Call[contract.Several]:
-    body = b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(list(settings), allow_nan=False).encode())
+    body = b'{"scene":%b,"settings":%b}' % (_json_scene(scene), _json_text(list(settings)))
     return Call("POST", "/v1/explain", _read(contract.Several), headers={"Content-Type": "application/json"}, body=body)
 
 
@@ -190,7 +228,7 @@ def _side(one: ImageLike) -> bytes:
     if isinstance(one, str) and one.startswith("i_"):
         return json.dumps({"image": one}).encode()
     scene, settings = one if isinstance(one, tuple) else (one, {})
-    return b'{"scene":%b,"settings":%b}' % (_json_scene(scene), json.dumps(settings, allow_nan=False).encode())
+    return b'{"scene":%b,"settings":%b}' % (_json_scene(scene), _json_text(settings))
 
 
 def source(scene_id: str) -> Call[str]:
@@ -217,7 +255,7 @@ def tree(scene: SceneLike, x: int, y: int, all_samples: bool, options: Mapping[s
 
 
 def rays(scene: SceneLike, queries: Iterable[contract.RayQuery], options: Mapping[str, Any]) -> Call[list[contract.RayAnswer]]:
-    body = b'{"scene":%b,"rays":%b}' % (_json_scene(scene), json.dumps(list(queries), allow_nan=False).encode())
+    body = b'{"scene":%b,"rays":%b}' % (_json_scene(scene), _json_text(list(queries)))
     read: Callable[[httpx.Response], list[contract.RayAnswer]] = lambda response: _json(response)["answers"]
     return Call("POST", "/v1/rays", read, query_of(options), {"Content-Type": "application/json"}, body)
 
@@ -249,9 +287,10 @@ def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, l
     about |= {} if webhook is None else {"webhook": {"url": webhook}}
     about |= {} if store is False else {"store": {} if store is True else {"key": store}}
     # The scene's text goes in as it is, so that lines of mistakes are its own where it stands alone.
-    body = b'{"scene":%b,%b' % (_json_scene(scene), json.dumps(about, allow_nan=False).encode()[1:])
+    body = b'{"scene":%b,%b' % (_json_scene(scene), _json_text(about)[1:])
     # With a key it can be sent again without becoming two jobs.
-    headers = {"Content-Type": "application/json", "Idempotency-Key": idempotency_key or str(uuid.uuid4())}
+    key = header_value("the idempotency key", idempotency_key or str(uuid.uuid4()))
+    headers = {"Content-Type": "application/json", "Idempotency-Key": key}
     if wait:
         headers["Prefer"] = f"wait={wait}"
     return Call("POST", "/v1/jobs", _read(contract.JobView), headers=headers, body=body, patience=wait or 0)
@@ -288,23 +327,44 @@ def job_picture(job_id: str, part: str, query: Mapping[str, Any] | None = None) 
 def _json_scene(scene: SceneLike) -> bytes:
     body, media_type = scene_body(scene)
     if media_type != "application/json":
-        raise ValueError("this request takes a scene in JSON; NFF can be rendered and explained")
+        raise InvalidArgument("this request takes a scene in JSON; NFF can be rendered and explained")
     return body
 
 
 def _id(text: str) -> str:
     """An id as a part of a path, whatever it is."""
     if not text or not all(c.isascii() and (c.isalnum() or c in "-_") for c in text):
-        raise ValueError(f"{text!r} is no id: ids have letters, digits, - and _")
+        raise InvalidArgument(f"{text!r} is no id: ids have letters, digits, - and _")
     return text
 
 
-def base_of(url: str | None) -> str:
+def base_of(url: str | None) -> httpx.URL:
     """The service's address: the one that is given, or that of the environment, or the one of a desk."""
-    return (url or os.environ.get("STRAHL_URL") or "http://127.0.0.1:8080").rstrip("/")
+    try:
+        base = httpx.URL((url or os.environ.get("STRAHL_URL") or "http://127.0.0.1:8080").strip().rstrip("/"))
+    except httpx.InvalidURL:
+        base = httpx.URL()
+    if base.scheme not in {"http", "https"} or not base.host:
+        # It is not shown, for it may have a password.
+        raise InvalidArgument("the URL of the service must be one of http or https, such as http://127.0.0.1:8080")
+    return base
 
 
 def key_of(key: str | None) -> dict[str, str]:
-    key = key or os.environ.get("STRAHL_KEY")
-    return {"Authorization": f"Bearer {key}"} if key else {}
+    key = (key or os.environ.get("STRAHL_KEY") or "").strip()
+    return {"Authorization": f"Bearer {header_value('the key', key)}"} if key else {}
+
+
+def header_value(what: str, text: str) -> str:
+    """Text for a header, which is checked here: httpx would show it in its error."""
+    if not all(" " <= c <= "~" for c in text):
+        raise InvalidArgument(f"{what} has characters that no header may have: it must be printable ASCII in one line")
+    return text
+
+
+def limit_of(timeout: float) -> float:
+    """Seconds that a request may take. Infinity is no limit."""
+    if not timeout > 0:
+        raise InvalidArgument(f"timeout must be seconds above 0, and is {timeout}: math.inf is no limit")
+    return min(timeout, _LONGEST)
 

@@ -13,12 +13,12 @@ from typing import Self, TypeVar, Unpack
 import httpx
 
 from . import calls, contract
-from .calls import Call, ImageLike, RenderOptions, SceneLike, Settings
-from .events import SILENCE, Event, Follower, Meter, Parser, Progress, progress_of
+from .calls import Call, ImageLike, PictureOptions, RenderOptions, SceneLike, Settings
+from .events import SILENCE, Event, Follower, Meter, Progress, progress_of
 from .parts import Finer, Parts, Pass
 from .picture import Picture, check_digest
-from .problems import Problem, StrahlError, Unreachable, failure_of
-from .retry import Backoff, shown
+from .problems import Problem, Unreachable, failure_of
+from .retry import FAILURES, Backoff, give_up
 
 T = TypeVar("T")
 
@@ -27,14 +27,14 @@ class Client:
     """A service. Without `url` and `key`, STRAHL_URL and STRAHL_KEY say which.
 
     Requests to a service that is busy (429, 503) or away are sent again, up to `retries` times, when `Retry-After` says.
-    `timeout` is in seconds, for each request.
+    `timeout` is in seconds, for each request, and `math.inf` is no limit. A stream is asked for again if it is silent so long.
     """
 
     def __init__(self, url: str | None = None, *, key: str | None = None, timeout: float = 60.0, retries: int = 5,
                  transport: httpx.BaseTransport | None = None) -> None:
         self.retries = retries
-        self._timeout = timeout
-        self._http = httpx.Client(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=timeout, transport=transport)
+        self._timeout = calls.limit_of(timeout)
+        self._http = httpx.Client(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=self._timeout, transport=transport)
         self.jobs = Jobs(self)
 
     def __enter__(self) -> Self:
@@ -55,25 +55,28 @@ class Client:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
         return self._do(calls.tile(scene, region, options))
 
-    def stream(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> Iterator[Pass]:
+    def stream(self, scene: SceneLike, /, **options: Unpack[PictureOptions]) -> Iterator[Pass]:
         """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
         call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
         while True:
+            answered = False
             try:
                 headers = {**call.headers, "Accept": "multipart/mixed"}
                 with self._stream("POST", call.path, headers, self._timeout, call.query, call.body) as response:
-                    parts = Parts()
+                    parts, answered = Parts(), True
                     for chunk in response.iter_bytes():
                         for told in parts.feed(chunk):
                             if finer.take(told):
                                 yield told
-                if finer.over:
-                    return
                 error: Exception = finer.torn()
-            except (StrahlError, httpx.TransportError) as broken:
+            except FAILURES as broken:
                 error = broken
-            if (seconds := backoff.next(error)) is None:
-                raise shown(error, self._http.base_url) from error
+            if finer.over:
+                return
+            # Who gives a time wants to wait no longer than that for an answer; one that falls silent is torn.
+            late = isinstance(error, httpx.ReadTimeout) and not answered
+            if (seconds := None if late else backoff.next(error)) is None:
+                give_up(error, self._http.base_url)
             time.sleep(seconds)
 
     def explain(self, scene: SceneLike, /, **settings: Unpack[Settings]) -> contract.Plan:
@@ -157,20 +160,19 @@ class Client:
         while True:
             try:
                 return call.read(self._send(call))
-            except (StrahlError, httpx.TransportError) as error:
+            except FAILURES as error:
                 repeatable = call.repeatable or isinstance(error, (Problem, httpx.ConnectError))
                 # Who gives a time wants to wait no longer than that.
                 seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.ReadTimeout) else None
                 if seconds is None:
-                    raise shown(error, self._http.base_url) from error
+                    give_up(error, self._http.base_url)
             time.sleep(seconds)
 
     def _send(self, call: Call[T]) -> httpx.Response:
         response = self._http.request(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body,
                                       timeout=self._timeout + call.patience)
-        if response.is_success:
-            return response
-        raise calls.refused(response)
+        calls.check(response)
+        return response
 
     @contextmanager
     def _stream(self, method: str, path: str, headers: Mapping[str, str], read: float, query: Mapping[str, str] | None = None,
@@ -180,8 +182,27 @@ class Client:
         with stream as response:
             if not response.is_success:
                 response.read()
-                raise calls.refused(response)
+            # An answer of 204 has no type.
+            calls.check(response, None if response.status_code == 204 else headers.get("Accept"))
             yield response
+
+    def _follow(self, path: str, follower: Follower, query: Mapping[str, str] | None = None) -> Iterator[Event]:
+        """The events of a stream, which goes on after the last one if it breaks, until the service has no more (204)."""
+        while True:
+            error: Exception = Unreachable("the stream of events ends too soon")
+            try:
+                with self._stream("GET", path, follower.headers(), SILENCE, query) as response:
+                    if response.status_code == 204:
+                        return
+                    follower.opened()
+                    for part in response.iter_bytes():
+                        for event in follower.feed(part):
+                            yield event
+            except FAILURES as broken:
+                error = broken
+            if follower.over:
+                return
+            time.sleep(follower.next(error, self._http.base_url))
 
 
 class Jobs:
@@ -192,7 +213,7 @@ class Jobs:
 
     def submit(self, scene: SceneLike, /, *, priority: int | None = None, labels: Sequence[str] = (),
                webhook: str | None = None, store: str | bool = False,
-               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[RenderOptions]) -> Job:
+               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[PictureOptions]) -> Job:
         """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL
         that hears of it, and `store` the name of its picture in the service's store, or True for a name of its own."""
         view = self._client._do(
@@ -219,20 +240,8 @@ class Jobs:
         First comes a snapshot of each job that has not ended, also when the stream begins again after it broke: it cannot be
         continued.
         """
-        follower = Follower(retries=self._client.retries)
-        path = "/v1/events" if label is None else f"/v1/events?{httpx.QueryParams({'label': label})}"
-        while True:
-            error: Exception = Unreachable("the stream of events has ended")
-            try:
-                with self._client._stream("GET", path, follower.headers(), SILENCE) as response:
-                    parser = Parser()
-                    for part in response.iter_bytes():
-                        for event in parser.feed(part):
-                            if (told := follower.take(event)) is not None:
-                                yield told
-            except (StrahlError, httpx.TransportError) as broken:
-                error = broken
-            time.sleep(follower.next(error, self._client._http.base_url))
+        follower = Follower(retries=self._client.retries, endless=True)
+        return self._client._follow("/v1/events", follower, calls.query_of({"label": label}))
 
 
 class Job:
@@ -260,23 +269,7 @@ class Job:
 
     def events(self, since: str = "") -> Iterator[Event]:
         """What happens to it, until it has ended. A stream that breaks goes on after the last event."""
-        follower = Follower(since, self._client.retries)
-        while not follower.over:
-            try:
-                with self._client._stream("GET", f"/v1/jobs/{self.id}/events", follower.headers(), SILENCE) as response:
-                    if response.status_code == 204:
-                        return
-                    parser = Parser()
-                    for part in response.iter_bytes():
-                        for event in parser.feed(part):
-                            if (told := follower.take(event)) is not None:
-                                yield told
-                error: Exception = Unreachable("the stream of events ends before the job")
-            except (StrahlError, httpx.TransportError) as broken:
-                error = broken
-            if follower.over:
-                return
-            time.sleep(follower.next(error, self._client._http.base_url))
+        return self._client._follow(f"/v1/jobs/{self.id}/events", Follower(since, self._client.retries))
 
     def progress(self) -> Iterator[Progress]:
         """How far it is, until it has ended."""
@@ -293,9 +286,9 @@ class Job:
         until = None if timeout is None else time.monotonic() + timeout
         while self.state in {"queued", "running"}:
             left = 20.0 if until is None else until - time.monotonic()
-            if left <= 0:
+            if not left > 0:
                 raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds")
-            self.refresh(wait=1 if on_progress else max(1, min(20, int(left))))
+            self.refresh(wait=1 if on_progress else max(1, int(min(20, left))))
             if on_progress:
                 on_progress(progress_of(self.view))
         return self.result()
@@ -320,11 +313,11 @@ class Job:
                             digest.update(chunk)
                     check_digest(digest.digest(), response.headers)
                 return os.replace(part, path)
-            except (StrahlError, httpx.TransportError) as error:
+            except FAILURES as error:
                 if (seconds := backoff.next(error)) is None:
                     if os.path.exists(part):
                         os.remove(part)
-                    raise shown(error, self._client._http.base_url) from error
+                    give_up(error, self._client._http.base_url)
             time.sleep(seconds)
 
     def preview(self) -> Picture:

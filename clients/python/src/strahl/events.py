@@ -10,14 +10,17 @@ from typing import Any
 import httpx
 
 from . import contract
+from .calls import header_value
 from .problems import Damaged
-from .retry import PATIENCE, Backoff, shown
+from .retry import PATIENCE, Backoff, give_up, shown
 
 #: Names of last events.
 OVER = frozenset({"succeeded", "failed", "canceled"})
 #: Seconds without a byte after which a stream is dead; the service sends a comment each 15 seconds.
 SILENCE = 45.0
 _MOST = 1 << 20
+# Seconds before a stream is opened again: at least, and where it does not say how many.
+_LEAST, _USUAL = 0.5, 1.0
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,8 @@ class Parser:
     def __init__(self) -> None:
         self._rest = b""
         self._fields: dict[str, str] = {}
+        #: Seconds before the stream is opened again, as it says.
+        self.retry: float | None = None
 
     def feed(self, part: bytes) -> Iterator[Event]:
         *lines, self._rest = (self._rest + part).split(b"\n")
@@ -63,7 +68,9 @@ class Parser:
             line = raw.rstrip(b"\r").decode("utf-8", "replace")
             if line:
                 field, _, value = line.partition(":")
-                self._fields[field] = value.removeprefix(" ")
+                self._fields[field] = value = value.removeprefix(" ")
+                if field == "retry" and value.isascii() and value.isdigit():
+                    self.retry = float(value) / 1_000
                 continue
             fields, self._fields = self._fields, {}
             if "data" in fields:
@@ -71,38 +78,56 @@ class Parser:
                     data = json.loads(fields["data"])
                 except ValueError as error:
                     raise Damaged("an event of the stream is not JSON") from error
+                if not isinstance(data, dict):
+                    raise Damaged("an event of the stream is no object")
                 yield Event(fields.get("event", "message"), data, fields.get("id", ""))
 
 
 class Follower:
-    """The state of a stream over its connections."""
+    """The state of a stream over its connections. One that is endless goes on after last events, for they are of one job each."""
 
-    def __init__(self, since: str = "", retries: int = 5) -> None:
-        self.last_id = since
+    def __init__(self, since: str = "", retries: int = 5, *, endless: bool = False) -> None:
+        self.last_id = header_value("the id of an event", since)
         self.over = False
-        self._retries, self._backoff = retries, Backoff(retries)
-        # Seconds to wait before the next try, as the service says.
+        self._endless, self._retries, self._backoff = endless, retries, Backoff(retries)
+        self._parser, self._answered = Parser(), False
+        # Seconds to wait before each further connection, and before the next one, at least.
+        self._usual = _USUAL
         self._pause: float | None = None
 
     def headers(self) -> dict[str, str]:
         return {"Accept": "text/event-stream", **({"Last-Event-ID": self.last_id} if self.last_id else {})}
 
-    def take(self, event: Event) -> Event | None:
-        """Notes an event; None if it is not for the caller."""
-        self._backoff = Backoff(self._retries)
-        if event.name == "shutdown":
-            self._pause = min(max(float(event.data.get("retry_ms", 5_000)) / 1_000, 0.5), PATIENCE)
-            return None
-        self.last_id = event.id or self.last_id
-        self.over = event.is_last
-        return event
+    def opened(self) -> None:
+        """Notes that the service has answered."""
+        self._parser, self._answered = Parser(), True
+
+    def feed(self, part: bytes) -> Iterator[Event]:
+        """The events in some bytes that are for the caller."""
+        for event in self._parser.feed(part):
+            if event.name == "shutdown":
+                self._pause = _bounded(float(event.data.get("retry_ms", 5_000)) / 1_000)
+                continue
+            self.last_id = event.id or self.last_id
+            self.over = event.is_last and not self._endless
+            yield event
+        if self._parser.retry is not None:
+            self._usual = _bounded(self._parser.retry)
 
     def next(self, error: Exception, url: httpx.URL) -> float:
         """Seconds until the stream is opened again; raises if that is of no use."""
-        seconds, self._pause = self._pause, None
+        # A stream that was answered is alive, also if nothing happened on it. What is damaged may be so each time.
+        if self._answered and not isinstance(shown(error, url), Damaged):
+            self._backoff = Backoff(self._retries)
+        seconds, self._pause, self._answered = self._pause, None, False
         if seconds is None and (seconds := self._backoff.next(error)) is None:
-            raise shown(error, url) from error
-        return seconds
+            give_up(error, url)
+        return max(seconds, self._usual)
+
+
+def _bounded(seconds: float) -> float:
+    """A pause that is not too short for the service, nor too long for who listens."""
+    return min(max(seconds, _LEAST), PATIENCE)
 
 
 class Meter:

@@ -97,7 +97,7 @@ def picture_of(content: bytes, headers: Mapping[str, str]) -> Picture:
         rays={name: int(value) for name, (value, _) in _members(headers.get("render-rays", "")).items() if value.isdigit()},
         timing={name: float(dur[1]) for name, (_, more) in timing.items() if (dur := re.search(r";dur=([\d.]+)", more))},
         effects=[one for one in re.split(r"[,\s]+", headers.get("render-plan", "")) if one],
-        warnings=[text for text in re.findall(r'"((?:[^"\\]|\\.)*)"', headers.get("render-warnings", ""))],
+        warnings=[_text(text) for text in re.findall(r'"((?:[^"\\]|\\.)*)"', headers.get("render-warnings", ""))],
         etag=headers.get("etag"),
         image_id=found[1] if found else None,
         cached="picture;desc=hit" in headers.get("server-timing", ""),
@@ -119,7 +119,7 @@ def picture_of_report(content: bytes, media_type: str, head: Mapping[str, Any], 
         rays=dict(cost["rays"]),
         timing=dict(cost["phases_ms"]),
         effects=[one["effect"] for one in report["plan"]["effects"] if one["state"] == "on"],
-        warnings=[one["detail"] for one in report["plan"]["warnings"]],
+        warnings=[_warning(one) for one in report["plan"]["warnings"]],
         image_id=head.get("image_id"),
     )
 
@@ -147,13 +147,23 @@ def error_of(header: str) -> Error:
 def check_digest(digest: bytes, headers: Mapping[str, str]) -> None:
     """Compares with `Repr-Digest` (RFC 9530), if there is one."""
     found = re.search(r"sha-256=:([A-Za-z0-9+/=]+):", headers.get("repr-digest", ""))
-    if found and base64.b64decode(found[1]) != digest:
+    if found and base64.b64encode(digest).decode() != found[1]:
         raise Damaged("the picture was damaged on its way: its SHA-256 is not that of Repr-Digest")
 
 
 def _members(header: str) -> dict[str, tuple[str, str]]:
     """Members of a dictionary or list (RFC 9651): name, value, parameters."""
-    return {name: (text if text else value, more) for name, text, value, more in _MEMBER.findall(header)}
+    return {name: (_text(text) if text else value, more) for name, text, value, more in _MEMBER.findall(header)}
+
+
+def _text(inside: str) -> str:
+    """The text of what is inside the quotes of a string (RFC 9651): quotes and backslashes have a backslash before them."""
+    return re.sub(r"\\(.)", r"\1", inside)
+
+
+def _warning(warning: Mapping[str, Any]) -> str:
+    """A warning of a report, in the words of `Render-Warnings`."""
+    return f"{warning['pointer']}: {warning['detail']}" if warning["pointer"] else str(warning["detail"])
 
 
 def _portable_float_map(content: bytes) -> numpy.ndarray[Any, Any]:

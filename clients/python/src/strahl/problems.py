@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 if TYPE_CHECKING:
     from . import contract
 
 __all__ = [
-    "Busy", "Conflict", "Damaged", "Forbidden", "Gone", "InvalidRequest", "InvalidScene", "JobFailed", "Mistake", "NotFound",
-    "Problem", "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
+    "Busy", "Conflict", "Damaged", "Forbidden", "Gone", "InvalidArgument", "InvalidRequest", "InvalidScene", "JobFailed", "Mistake",
+    "NotFound", "Problem", "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
 ]
 
 
@@ -24,6 +25,10 @@ class Unreachable(StrahlError):
 
 class Damaged(StrahlError):
     """What arrived is not what the service has sent."""
+
+
+class InvalidArgument(StrahlError, ValueError):
+    """An argument that cannot be sent: the service was not asked."""
 
 
 @dataclass(frozen=True)
@@ -156,11 +161,16 @@ def _mistake(entry: dict[str, Any]) -> Mistake:
     return Mistake(
         code=str(entry.get("code", "")),
         detail=str(entry.get("detail", "")),
-        pointer=pointer.removeprefix("#") if isinstance(pointer, str) else None,
+        pointer=_pointer(pointer) if isinstance(pointer, str) else None,
         parameter=entry.get("parameter"),
         line=entry.get("line"),
         column=entry.get("column"),
     )
+
+
+def _pointer(text: str) -> str:
+    """A JSON pointer. One that is a URI fragment is percent-encoded (RFC 6901, 6)."""
+    return unquote(text[1:]) if text.startswith("#") else text
 
 
 def printable(text: str) -> str:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import random
+from typing import NoReturn
 
 import httpx
 
-from .problems import Problem, StrahlError, Unreachable
+from .problems import Damaged, InvalidArgument, Problem, StrahlError, Unreachable
 
 #: Longest wait that is taken from a Retry-After, in seconds.
 PATIENCE = 120.0
 #: Longest wait without one.
 LONGEST = 30.0
+#: What a request can end with: errors of this package, and those of httpx.
+FAILURES = (StrahlError, httpx.HTTPError, httpx.InvalidURL)
 _BUSY = frozenset({429, 502, 503})
+# The request was not sent, and never will be.
+_UNSENT = (httpx.InvalidURL, httpx.LocalProtocolError, httpx.UnsupportedProtocol)
 
 
 class Backoff:
@@ -23,7 +28,7 @@ class Backoff:
 
     def next(self, error: Exception) -> float | None:
         """Seconds until the next try; None if there is none."""
-        if self._tries >= self._retries:
+        if self._tries >= self._retries or isinstance(error, _UNSENT):
             return None
         self._tries += 1
         if isinstance(error, Problem):
@@ -36,7 +41,22 @@ class Backoff:
 
 
 def shown(error: Exception, url: httpx.URL) -> StrahlError:
-    """An error of the connection as one of this package."""
+    """An error of the connection as one of this package. Of the URL it shows the host only: the rest may be secret."""
     if isinstance(error, StrahlError):
         return error
-    return Unreachable(f"{url}: {error or type(error).__name__}")
+    host = f"{url.scheme}://{url.netloc.decode()}"
+    if isinstance(error, httpx.DecodingError):
+        return Damaged(f"{host}: the answer cannot be unpacked: {error}")
+    if isinstance(error, httpx.LocalProtocolError):
+        # Its text has the header, and that may be the key.
+        return InvalidArgument(f"{host}: HTTP cannot carry the request")
+    if isinstance(error, _UNSENT):
+        return InvalidArgument(f"{host}: the request cannot be sent: {error}")
+    return Unreachable(f"{host}: {error or type(error).__name__}")
+
+
+def give_up(error: Exception, url: httpx.URL) -> NoReturn:
+    """Raises an error of the connection as one of this package. What httpx does not send is no cause: it may show the key."""
+    if isinstance(error, StrahlError):
+        raise error
+    raise shown(error, url) from None if isinstance(error, _UNSENT) else error
