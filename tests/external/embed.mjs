@@ -1,7 +1,7 @@
 // Pages with <strahl-picture> in headless Chromium. Called by embed.py.
 //
 // Page, element and service have three addresses, as they would have in use. Between them is a proxy, which counts streams,
-// cuts them, and can be busy.
+// cuts them, and can be busy or away.
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
@@ -57,8 +57,12 @@ function flood(rest, response, allow) {
 }
 
 // The proxy in front of them: /open/..., /closed/... and /flood/...
-const proxy = { streams: 0, most: 0, asked: [], cutAfter: 0, busy: 0 };
+const proxy = { streams: 0, most: 0, asked: [], cutAfter: 0, busy: 0, away: false };
 const proxied = http.createServer((request, response) => {
+  if (proxy.away) {
+    proxy.missed++;
+    return response.destroy();
+  }
   const [, name, rest] = request.url.match(/^\/(open|closed|flood)(\/.*)$/) ?? [];
   if (!name) return response.writeHead(404).end();
   if (rest === "/embed.js" && process.env.EMBED_FROM_DISK) {
@@ -114,6 +118,7 @@ const host = http.createServer((request, response) => {
 <script type="module" src="${through}/open/embed.js"></script><main><h1>Page</h1>${body}</main></html>`);
   }
   if (pathname === "/watch.js") return response.end(watch);
+  if (pathname === "/hasty.js") return response.end("const real = setTimeout; window.setTimeout = (run, ms) => real(run, ms / 20);");
   if (pathname === "/scene.json") return response.end(JSON.stringify(scene));
   const file = pathname.startsWith("/client/") ? path.join("clients/js/src", path.basename(pathname)) : path.join(example, path.normalize(pathname));
   if (!fs.existsSync(file)) return response.writeHead(404).end();
@@ -124,13 +129,14 @@ await listen(host, 8474);
 const origin = "http://127.0.0.1:8474";
 
 const flags = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync";
-const browser = await puppeteer.launch({ executablePath: browserPath, headless: true, userDataDir: path.join(folder, "profile"), args: flags.split(" ") });
+// Pages that one leaves are kept, as they are for people.
+const browser = await puppeteer.launch({ executablePath: browserPath, headless: true, userDataDir: path.join(folder, "profile"), args: flags.split(" "), ignoreDefaultArgs: ["--disable-back-forward-cache"] });
 
 let page;
 const problems = [];
 async function show(html, address = "/page") {
   body = html;
-  Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined });
+  Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined, away: false, missed: 0 });
   page = await browser.newPage();
   await page.setCacheEnabled(false);
   await page.setViewport({ width: 1200, height: 800 });
@@ -175,6 +181,15 @@ async function submit(where, samples = 16, width = 512, headers = {}, output = {
   return (await ask(`http://127.0.0.1:${where}/v1/jobs`, "POST", { scene: own, settings: { width, height: width * 3 / 4, samples, antialias: false }, output }, headers)).id;
 }
 const capability = async (what) => (await ask(`http://127.0.0.1:${closedPort}/v1/capabilities`, "POST", what, authorization)).prefix;
+/** More samples than one answer may have. */
+const long = { ...scene, render: { samples: 64, antialias: false } };
+/** Widths and heights of an element, its status, and the text below it, and how far that is down the page. */
+const boxes = (id = "p") => page.evaluate((id) => {
+  const element = document.getElementById(id), status = element.shadowRoot.querySelector("[role=status]");
+  const [own, text, after] = [element, status, document.getElementById("after")].map((of) => of?.getBoundingClientRect());
+  const inside = text.left >= own.left - 1 && text.right <= own.right + 1 && text.top >= own.top - 1 && text.bottom <= own.bottom + 1;
+  return { size: `${Math.round(own.width)}x${Math.round(own.height)}`, says: status.textContent, text: [text.width, text.height], inside, after: after?.top, over: after && own.bottom > after.top + 1 };
+}, id);
 const mine = (id, attributes) => `<strahl-picture id="${id}" src="${through}/${attributes}></strahl-picture>`;
 
 const flows = {
@@ -298,8 +313,6 @@ const flows = {
     assert.equal((await last("done", "p")).width, 320);
   },
   async "a scene that takes long becomes a job, which ends with its element"() {
-    // More samples than one answer may have.
-    const long = { ...scene, render: { samples: 64, antialias: false } };
     await show(mine("p", `open" width="1200" height="900"`).replace("></", `><script type="application/json">${JSON.stringify(long)}</script></`));
     await until("tiles", async () => (await seen("progress", "p")).some(({ detail }) => detail.state === "tile" || detail.state === "preview" && detail.job));
     let { job } = await last("progress", "p");
@@ -344,6 +357,109 @@ const flows = {
       return [root.querySelector("[role=status]").textContent, root.querySelectorAll("img").length, window.ran];
     });
     assert(text.length > 10 && !elements && !ran, text);
+  },
+  async "both attributes are the size from the start, with an error or a picture of another shape"() {
+    const after = `<p id="after">Below</p>`, missing = "00000000-0000-7000-8000-000000000000";
+    await show(`<div>${mine("p", `open" job="${missing}" width="300" height="200" alt="A hall"`)}</div>${after}`);
+    await failed("p");
+    const early = await boxes();
+    assert(early.size === "300x200" && early.inside && early.text[0] === 300 && !early.over, JSON.stringify(early));
+    await leave();
+    const id = await submit(openPort, 1, 320);
+    // Before the service says anything.
+    await show(`<div>${mine("q", `open" width="300" height="300"`)}</div>${after}`);
+    proxy.away = true;
+    await page.evaluate((id) => document.getElementById("q").setAttribute("job", id), id);
+    await until("offline", async () => (await last("progress", "q")).state === "offline");
+    const before = await boxes("q");
+    assert.equal(before.size, "300x300");
+    proxy.away = false;
+    // The next try may be a while away.
+    await page.evaluate((id) => document.getElementById("q").setAttribute("src", document.getElementById("q").getAttribute("src") + "/"), id);
+    await until("done", () => last("done", "q"));
+    const now = await boxes("q");
+    assert.deepEqual([now.size, now.after], [before.size, before.after], "what is below it moves");
+    // Of a page that is narrower both sides become smaller.
+    await page.setViewport({ width: 216, height: 800 });
+    assert.equal((await boxes("q")).size, "200x200");
+  },
+  async "without a size the text of an error has room of its own, and hides nothing"() {
+    for (const attributes of ["", ` width="120"`, ` controls zoom`]) {
+      await show(`<div>${mine("p", `open" job="00000000-0000-7000-8000-000000000000"${attributes}`)}</div><p id="after">Below</p>`);
+      await failed("p");
+      const is = await boxes();
+      assert(await page.$eval("#p", (p) => { const { scrollWidth, clientWidth } = p.shadowRoot.querySelector("p"); return scrollWidth <= clientWidth; }), "words stick out");
+      assert(is.says.length > 10 && is.text[0] >= 100 && is.text[1] >= 15 && is.inside && !is.over, `${attributes}: ${JSON.stringify(is)}`);
+      await leave();
+    }
+    await show("");
+  },
+  async "a size that is changed or taken away later counts"() {
+    const id = await submit(openPort, 1, 320);
+    await show(mine("p", `open" job="${id}"`));
+    await done("p");
+    const sizes = [(await boxes()).size];
+    for (const [name, value] of [["width", "200"], ["height", "60"], ["width", null], ["height", null]]) {
+      const before = (await seen("done", "p")).length;
+      await page.evaluate((name, value) => {
+        const p = document.getElementById("p");
+        if (value) p.setAttribute(name, value); else p.removeAttribute(name);
+      }, name, value);
+      await until("done again", async () => (await seen("done", "p")).length > before);
+      sizes.push((await boxes()).size);
+    }
+    assert.deepEqual(sizes, ["320x240", "200x150", "200x60", "80x60", "320x240"]);
+    await page.evaluate(() => { const p = document.getElementById("p"); p.setAttribute("job", "nope"); p.setAttribute("width", "90"); p.setAttribute("height", "40"); });
+    await failed("p");
+    const last = await boxes();
+    assert(last.size === "90x40" && last.inside, JSON.stringify(last));
+  },
+  async "a page that one comes back to has its job again"() {
+    await show(mine("p", `open" width="1200" height="900"`).replace("></", `><script type="application/json">${JSON.stringify(long)}</script></`));
+    const job = async () => (await seen("progress", "p")).findLast(({ detail }) => detail.job)?.detail.job;
+    const state = async (id) => (await ask(`http://127.0.0.1:${openPort}/v1/jobs/${id}`)).state;
+    await until("a job", job);
+    const first = await job();
+    await page.evaluate(() => addEventListener("pageshow", ({ persisted }) => { window.persisted = persisted; }));
+    await page.goto(`${origin}/scene.json`);
+    await until("canceled", async () => (await state(first)) === "canceled");
+    await page.goBack();
+    assert(await page.evaluate(() => window.persisted), "the browser has not kept the page");
+    await until("another job", async () => (await job()) !== first);
+    assert(["queued", "running"].includes(await state(await job())), "it is not rendered again");
+    assert.equal(await last("error", "p"), undefined);
+    await page.evaluate(() => document.getElementById("p").remove());
+  },
+  async "images and scenes say that the service is away, and wait for as long as it is"() {
+    const { image_id: image } = await ask(`http://127.0.0.1:${openPort}/v1/scenes`, "POST", scene);
+    await show("");
+    body = `<script src="/hasty.js"></script>${mine("i", `open" width="300"`)}${mine("s", `open" width="200" height="150"`)}`;
+    await page.goto(`${origin}/page`);
+    proxy.away = true;
+    await page.evaluate((image) => {
+      document.getElementById("i").setAttribute("image", image);
+      document.getElementById("s").setAttribute("scene", "/scene.json");
+    }, image);
+    for (const id of ["i", "s"]) {
+      await until(`${id} offline`, async () => (await last("progress", id)).state === "offline", 10_000);
+      assert.match((await boxes(id)).says, /Trying again/);
+    }
+    // More often than a service that is busy.
+    await until("tries", () => proxy.missed >= 16, 60_000);
+    proxy.away = false;
+    for (const id of ["i", "s"]) {
+      await until(`${id} done`, () => last("done", id));
+      const states = (await seen("progress", id)).map(({ detail }) => detail.state);
+      assert(states.at(-1) === "succeeded" && states.indexOf("waiting", states.indexOf("offline")) > 0, states.join());
+      assert.equal((await boxes(id)).says, "");
+    }
+    return `${proxy.missed} tries`;
+  },
+  async "a scene whose address is wrong is not sent to the service"() {
+    await show(mine("p", `open" scene="/nothere.json" width="300" height="200"`));
+    const { message } = await failed("p");
+    assert.equal(message, `HTTP 404: ${origin}/nothere.json`);
+    assert(!proxy.asked.some(({ url }) => url.startsWith("/v1/render")), "it is sent");
   },
   async "a service that is busy is asked again when it says"() {
     await show(mine("p", `open" scene="/scene.json" width="200" height="150"`).replace("<strahl", "<strahl-later").replace("</strahl", "</strahl-later"));

@@ -2,6 +2,7 @@
 import { signal } from "../vendor/preact.js";
 import { renderNow } from "./picture.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
+import { isOfText } from "./problems.js";
 import { caret, deep, dialog, live, openPanel, panels, panelsOpen, pane, pixel, problems, reveal, steps, tool } from "./state.js";
 import { turnTheme } from "./theme.js";
 
@@ -13,7 +14,7 @@ let walked = -1;
 
 /** The next problem of the text. */
 export function nextProblem() {
-  const all = problems.peek();
+  const all = problems.peek().filter(isOfText);
   if (all.length > 0) reveal(all[(walked = (walked + 1) % all.length)].pointer);
 }
 

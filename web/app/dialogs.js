@@ -98,13 +98,19 @@ function Palette() {
   <//>`;
 }
 
+/** The first character of a key that no header can hold, if any. @param {string} words */
+const strange = (words) => /[^\x21-\x7e]/u.exec(words)?.[0];
+
 function Key() {
   const typed = useSignal("");
   const wrong = useSignal("");
   const keeps = useSignal(false);
   const take = async (/** @type {Event} */ event) => {
     event.preventDefault();
-    key.value = typed.value.trim();
+    const given = typed.value.trim();
+    const wrongly = strange(given);
+    if (wrongly !== undefined) return void (wrong.value = wrongly.trim() === "" ? "A key has no spaces. Copy it again." : `No key has the character ${wrongly}. Copy it again.`);
+    key.value = given;
     try {
       const { tenant, scopes } = await askJson("v1/me");
       limits.value = await askJson("v1/limits");

@@ -3,14 +3,14 @@
 import {
   Annotation, Compartment, Decoration, EditorSelection, EditorState, EditorView, HighlightStyle, Prec, StateEffect, StateField, Transaction, ViewPlugin,
   autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, codeFolding, completionKeymap, defaultKeymap, drawSelection, foldGutter,
-  foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, history, historyKeymap, indentOnInput, isolateHistory, json, keymap,
+  foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, history, historyKeymap, indentOnInput, invertedEffects, isolateHistory, json, keymap,
   lineNumbers, lintKeymap, redo, redoDepth, search, searchKeymap, setDiagnostics, syntaxHighlighting, tags, undo, undoDepth,
 } from "../vendor/editor.js";
 import { effect, untracked } from "../vendor/preact.js";
 import { complete, meanings, schema } from "./assist.js";
 import { look, more } from "./editor-look.js";
 import { nodeAt, nodeOf, objectOf } from "./pointers.js";
-import { fixOf, rangeOf } from "./problems.js";
+import { fixOf, isOfText, rangeOf } from "./problems.js";
 import { scrubbing } from "./scrub.js";
 import { caret, lit, origin, problems, revealed, setText, steps, syntax, text } from "./state.js";
 
@@ -29,6 +29,15 @@ const litLines = StateField.define({
 });
 const litLine = Decoration.line({ class: "cm-lit" });
 
+/** @typedef {import("./state.js").Origin} Origin */
+/** What the text came from is a step of undo, together with the text. */
+const setOrigin = /** @type {import("@codemirror/state").StateEffectType<{ from: Origin, to: Origin }>} */ (StateEffect.define());
+const originField = StateField.define({
+  create: () => origin.peek(),
+  update: (before, transaction) => transaction.effects.reduce((found, of) => (of.is(setOrigin) ? of.value.to : found), before),
+});
+const undoneOrigin = invertedEffects.of((transaction) => transaction.effects.flatMap((of) => (of.is(setOrigin) ? [setOrigin.of({ from: of.value.to, to: of.value.from })] : [])));
+
 const language = new Compartment();
 const writable = new Compartment();
 
@@ -36,7 +45,7 @@ const writable = new Compartment();
 const telling = Prec.highest(
   ViewPlugin.define((view) => ({
     update(update) {
-      if (update.docChanged && !update.transactions.some((of) => of.annotation(outside))) setText(update.state.doc.toString());
+      if (update.docChanged && !update.transactions.some((of) => of.annotation(outside))) setText(update.state.doc.toString(), update.state.field(originField));
       if (update.docChanged || update.selectionSet) {
         caret.value = nodeAt(syntax.peek(), update.state.selection.main.head)?.pointer ?? "";
         const can = (/** @type {number} */ depth, /** @type {typeof undo} */ step) => (depth > 0 ? () => void step(view) : null);
@@ -58,6 +67,8 @@ const extensions = [
   lineNumbers(),
   highlightSpecialChars(),
   history(),
+  originField,
+  undoneOrigin,
   codeFolding(),
   foldGutter(),
   drawSelection(),
@@ -125,17 +136,19 @@ export async function start(host) {
         steps.value = { undo: null, redo: null };
       }
       const now = view.state.doc.toString();
+      const another = originChange(view);
       const effects = [
+        ...another,
         language.reconfigure(isJson ? json() : []),
         writable.reconfigure(isLong(current) ? [EditorState.readOnly.of(true), EditorView.editable.of(false)] : []),
       ];
       if (now !== shown) view.dispatch({ changes: difference(now, shown), annotations: [outside.of(true), isolateHistory.of("full"), Transaction.addToHistory.of(!isLong(current))], effects });
-      else if (isFresh || (language.get(view.state) instanceof Array) === isJson) view.dispatch({ effects });
+      else if (isFresh || another.length > 0 || (language.get(view.state) instanceof Array) === isJson) view.dispatch({ effects, annotations: Transaction.addToHistory.of(false) });
     }));
   });
   effect(() => {
     const all = problems.value;
-    soon(() => view.dispatch(setDiagnostics(view.state, all.map((problem) => diagnostic(view, problem)))));
+    soon(() => view.dispatch(setDiagnostics(view.state, all.filter(isOfText).map((problem) => diagnostic(view, problem)))));
   });
   effect(() => {
     const pointers = lit.value;
@@ -148,7 +161,13 @@ export async function start(host) {
   return view;
 }
 
-/** @param {EditorView} view @param {import("./state.js").SceneProblem} problem @returns {import("@codemirror/lint").Diagnostic} */
+/** What tells the history that the text comes from elsewhere, if it does. @param {EditorView} view */
+function originChange(view) {
+  const [from, to] = [view.state.field(originField), origin.peek()];
+  return from.name === to.name && from.type === to.type ? [] : [setOrigin.of({ from, to })];
+}
+
+/** @param {EditorView} view @param {import("./problems.js").TextProblem} problem @returns {import("@codemirror/lint").Diagnostic} */
 function diagnostic(view, problem) {
   const { length } = view.state.doc;
   const { from, to } = rangeOf(text.peek(), syntax.peek(), problem);

@@ -1,6 +1,7 @@
 // How the picture lies in the viewport: fitting, zooming about a point, panning. No effects.
 
 /** @typedef {import("./state.js").View} View */
+/** @typedef {import("./state.js").Settings} Settings */
 /** @typedef {{ width: number, height: number }} Size */
 
 /** A pixel of the scene may become this wide on the screen. */
@@ -12,6 +13,19 @@ const FOOT = 64;
 /** CSS pixels of the picture that stay in sight. */
 const HELD = 48;
 
+/** Pixels of a scene that names none, and of `size=og`. */
+const USUAL = { width: 960, height: 540 };
+const PREVIEW = { width: 1200, height: 630 };
+
+/** The size of the picture that settings make of a scene: `size` stands for width and height, `dpr` multiplies them. @param {Settings} settings @param {Partial<Size>} image @returns {Size} */
+export function sizeOf({ width, height, size, dpr = "1" }, image) {
+  const own = { ...USUAL, ...image, ...(size === "og" ? PREVIEW : {}) };
+  return { width: Math.round(Number(width ?? own.width) * Number(dpr)), height: Math.round(Number(height ?? own.height) * Number(dpr)) };
+}
+
+/** Settings for a picture of another size: the service takes one size only. @param {Settings} settings @param {{ width: number | string, height: number | string }} size @returns {Settings} */
+export const sized = ({ size: _, dpr: __, ...rest }, { width, height }) => ({ ...rest, width: String(width), height: String(height) });
+
 /** The whole picture in the middle. @param {Size} room @param {Size} size @returns {View} */
 export function fitted(room, size) {
   const margin = Math.min(MARGIN, room.width / 20);
@@ -21,10 +35,18 @@ export function fitted(room, size) {
   return placed({ ...room, scale, left: (room.width - size.width * scale) / 2, top }, size);
 }
 
+/** The smallest scale that one can zoom to. @param {Size} room @param {Size} size */
+const smallest = (room, size) => fitted(room, size).scale / 4;
+
+/** A place of the picture in the middle, in shares of its size, as near as one can zoom. @param {Size} room @param {Size} size @param {{ x: number, y: number, scale: number }} frame @returns {View} */
+export function framed({ width, height }, size, { x, y, scale: wanted }) {
+  const scale = Math.min(LARGEST, Math.max(smallest({ width, height }, size), wanted));
+  return placed({ width, height, scale, left: width / 2 - x * size.width * scale, top: height / 2 - y * size.height * scale }, size);
+}
+
 /** Zooms about a point that stays where it is. @param {View} view @param {Size} size @param {number} factor @param {number} x @param {number} y @returns {View} */
 export function zoomed(view, size, factor, x, y) {
-  const smallest = fitted(view, size).scale / 4;
-  const scale = Math.min(LARGEST, Math.max(smallest, view.scale * factor));
+  const scale = Math.min(LARGEST, Math.max(smallest(view, size), view.scale * factor));
   const by = scale / view.scale;
   return placed({ ...view, scale, left: x - (x - view.left) * by, top: y - (y - view.top) * by }, size);
 }

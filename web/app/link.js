@@ -35,13 +35,13 @@ export async function unpacked(word) {
   return new TextDecoder().decode(await new Blob(parts).arrayBuffer());
 }
 
-/** @typedef {{ kept?: boolean, packed?: string, scene?: string, example?: string, type?: string, settings?: Record<string, string>, panel?: string, pixel?: { x: number, y: number }, frame?: { x: number, y: number, scale: number } }} Seen */
+/** @typedef {{ kept?: string, packed?: string, scene?: string, example?: string, type?: string, settings?: Record<string, string>, panel?: string, pixel?: { x: number, y: number }, frame?: { x: number, y: number, scale: number } }} Seen */
 
 /** The words of a fragment. @param {Seen} seen */
 export function fragment({ kept, packed: z, scene, example, type, settings = {}, panel, pixel, frame }) {
   const words = [];
   if (z) words.push(`z=${z}`);
-  if (kept) words.push("k=1");
+  if (kept) words.push(`k=${kept}`);
   if (scene) words.push(`s=${scene}`);
   if (example) words.push(`e=${example}`);
   if (type && type !== "application/json") words.push(`t=${encodeURIComponent(type)}`);
@@ -63,16 +63,17 @@ export function parsed(text) {
     } catch {
       continue;
     }
-    const numbers = value.split(",").map(Number);
-    const isSound = numbers.every((of) => Number.isFinite(of));
+    const parts = value.split(",");
+    const numbers = parts.map(Number);
+    const isSound = parts.every((of) => of.trim() !== "" && Number.isFinite(Number(of)));
     if (name === "z" && /^[\w-]+$/.test(value)) seen.packed = value;
-    else if (name === "k") seen.kept = value === "1";
+    else if (name === "k" && /^\w{1,20}$/.test(value)) seen.kept = value;
     else if (name === "s" && /^[\w-]{1,80}$/.test(value)) seen.scene = value;
     else if (name === "e" && /^[\w-]+\/[\w-]+$/.test(value)) seen.example = value;
     else if (name === "t" && /^[\w.+-]+\/[\w.+-]+$/.test(value)) seen.type = value;
     else if (name === "p" && /^\w+$/.test(value)) seen.panel = value;
     else if (name === "x" && isSound && numbers.length === 2) seen.pixel = { x: Math.trunc(numbers[0]), y: Math.trunc(numbers[1]) };
-    else if (name === "v" && isSound && numbers.length === 3) seen.frame = { x: numbers[0], y: numbers[1], scale: numbers[2] };
+    else if (name === "v" && isSound && numbers.length === 3 && numbers[2] > 0) seen.frame = { x: numbers[0], y: numbers[1], scale: numbers[2] };
     else if (/^q\.\w+$/.test(name) && value.length <= 40) /** @type {Record<string, string>} */ (seen.settings)[name.slice(2)] = value;
   }
   return seen;

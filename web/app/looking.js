@@ -1,6 +1,6 @@
 // What one looks at: fitting, zooming, and the pixel cursor, for gestures, buttons and commands alike.
 import { batch, effect, signal } from "../vendor/preact.js";
-import { fitted, pixelAt, placed, showing, zoomed } from "./framing.js";
+import { fitted, framed, pixelAt, placed, showing, zoomed } from "./framing.js";
 import { pixel, size, view } from "./state.js";
 
 /** Whether the picture stays fitted when the viewport changes its size. */
@@ -13,17 +13,13 @@ export function fit() {
 }
 
 /** Puts a place of the picture, in shares of its size, into the middle; as soon as there is a viewport. @param {{ x: number, y: number, scale: number }} frame */
-export function lookAt({ x, y, scale }) {
+export function lookAt(frame) {
   const stop = effect(() => {
-    const { width, height } = view.value;
-    if (width <= 1) return;
+    const room = view.value;
+    if (room.width <= 1) return;
     queueMicrotask(() => {
       stop();
-      const of = size.peek();
-      batch(() => {
-        isFitted.value = false;
-        view.value = placed({ width, height, scale, left: width / 2 - x * of.width * scale, top: height / 2 - y * of.height * scale }, of);
-      });
+      batch(() => ((isFitted.value = false), (view.value = framed(room, size.peek(), frame))));
     });
   });
 }

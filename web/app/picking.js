@@ -15,8 +15,8 @@ let last = "";
 async function look() {
   const at = hover.peek();
   if (!at || status.peek().word === "invalid" || origin.peek().type !== "application/json" || rendered.peek().length > 1 << 18) return clear();
-  const { width, height } = settings.peek();
-  const query = { ...FIRST_HIT, ...(width ? { width } : {}), ...(height ? { height } : {}), x: at.x, y: at.y };
+  const { width, height, size, dpr } = settings.peek();
+  const query = { ...FIRST_HIT, width, height, size, dpr, x: at.x, y: at.y };
   try {
     const tree = await askJson("v1/tree", { method: "POST", body: rendered.peek(), type: origin.peek().type, query, signal: asking.signal });
     const object = tree.rays?.[0]?.hit?.object ?? "";

@@ -5,9 +5,10 @@ import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
 import { deep, draft, hover, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
+import { LeaveOut } from "./edit-pane.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
-import { lineOf, rangeOf } from "./problems.js";
+import { isOfText, lineOf, rangeOf, wordsOf } from "./problems.js";
 import { Button, Icon } from "./ui.js";
 import { Viewport } from "./viewport.js";
 
@@ -74,6 +75,7 @@ function Trouble() {
   const [first] = problems.value;
   if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}</p>`;
   if (!first || status.value.word !== "invalid") return null;
+  if (!isOfText(first)) return html`<p class="trouble"><${Icon} name="warning" />${wordsOf(first)} <${LeaveOut} problem=${first} /></p>`;
   const line = lineOf(text.value, rangeOf(text.value, syntax.value, first).from);
   return html`<p class="trouble"><${Icon} name="warning" /><button type="button" class="trouble-link" onClick=${() => reveal(first.pointer)}>Line ${line}</button> ${first.detail}</p>`;
 }

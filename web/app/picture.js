@@ -2,7 +2,9 @@
 import { batch, effect, untracked } from "../vendor/preact.js";
 import { Problem, Unreachable, askJson, render } from "./api.js";
 import { LARGE, isForgotten, sentFor } from "./base.js";
+import { sized } from "./framing.js";
 import { Ladder } from "./ladder.js";
+import { wordsOf } from "./problems.js";
 import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
 
 /** @typedef {import("./ladder.js").Action} Action */
@@ -87,7 +89,7 @@ async function send({ rung, version: number, width, height, ceiling }) {
   const signal = rung > 0 ? slow.signal : undefined;
   const plainly = { accuracy: ceiling > 0 ? `time:${ceiling}` : "fixed", antialias: "false", samples: "1" };
   const full = rung === 2 ? of.settings : { ...of.settings, ...plainly };
-  const all = rung === 0 ? { ...full, width: String(width), height: String(height) } : full;
+  const all = rung === 0 ? sized(full, { width, height }) : full;
   if (rung > 0) status.value = { word: "tracing", detail: rung === 2 ? "as the scene says" : "full size" };
   const base = { rung, version: number };
   try {
@@ -120,7 +122,7 @@ function fail(error, base, signal) {
   }
   if (error instanceof Problem && error.errors.length > 0) {
     if (isNewest) {
-      const told = () => batch(() => ((problems.value = error.errors), (status.value = { word: "invalid", detail: error.errors[0].detail })));
+      const told = () => batch(() => ((problems.value = error.errors), (status.value = { word: "invalid", detail: wordsOf(error.errors[0]) })));
       clearTimeout(trouble);
       trouble = window.setTimeout(told, error.errors[0].code === "invalid-json" ? PATIENCE.syntax : PATIENCE.other);
     }

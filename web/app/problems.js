@@ -2,6 +2,7 @@
 import { keysOf, nodeOf, plain } from "./pointers.js";
 
 /** @typedef {import("./state.js").SceneProblem} SceneProblem */
+/** @typedef {SceneProblem & { pointer: string }} TextProblem */
 /** @typedef {import("./pointers.js").Syntax} Syntax */
 /** @typedef {{ from: number, to: number, insert: string, word: string }} Fix */
 
@@ -30,7 +31,13 @@ export function lineOf(text, place) {
   return line;
 }
 
-/** @param {string} text @param {Syntax} syntax @param {SceneProblem} problem @returns {{ from: number, to: number }} */
+/** A problem in words, of a setting with its name. @param {SceneProblem} problem */
+export const wordsOf = ({ parameter, detail }) => (parameter === undefined ? detail : `${parameter}: ${detail}`);
+
+/** Whether a problem is one of the text; others are of the settings. @param {SceneProblem} problem @returns {problem is TextProblem} */
+export const isOfText = (problem) => problem.pointer !== undefined;
+
+/** @param {string} text @param {Syntax} syntax @param {TextProblem} problem @returns {{ from: number, to: number }} */
 export function rangeOf(text, syntax, problem) {
   if (problem.code === "invalid-json" && syntax.error) {
     const from = Math.min(syntax.error.at, Math.max(0, text.length - 1));
@@ -53,7 +60,7 @@ function trimmed(text, { from, to }) {
   return { from, to: end < 0 ? to : Math.min(to, end) };
 }
 
-/** @param {Syntax} syntax @param {SceneProblem} problem @returns {Fix | null} */
+/** @param {Syntax} syntax @param {TextProblem} problem @returns {Fix | null} */
 export function fixOf(syntax, problem) {
   const word = /did you mean "((?:[^"\\]|\\.)*)"/.exec(problem.detail)?.[1];
   const node = syntax.nodes.get(plain(problem.pointer));

@@ -10,20 +10,23 @@ export const examples = signal(/** @type {Example[]} */ ([]));
 /** The example that the text is, as long as it is unchanged, so that links stay short. */
 export const example = signal(/** @type {{ id: string, text: string } | null} */ (null));
 
-/** How many scenes were opened. */
-export const opened = signal(0);
+/** The name of the scene that was opened last: another one is a step to go back from. */
+export const opened = signal("");
+let last = 0;
+/** A name that no scene of this tab has had, also before a reload. Later ones come later in their order. */
+const fresh = () => (last = Math.max(last + 1, Date.now())).toString(36);
 
 export async function loadExamples() {
   if (examples.peek().length === 0) examples.value = (await askJson("v1/examples")).examples;
 }
 
-/** Replaces the scene. Undo brings the old one back. @param {string} next @param {string} name @param {string} [type] */
-export function open(next, name, type = "application/json") {
+/** Replaces the scene. Undo brings the old one back. @param {string} next @param {string} name @param {string} [type] @param {string} [as] its name among the opened ones */
+export function open(next, name, type = "application/json", as = fresh()) {
   const before = { text: text.peek(), origin: origin.peek() };
   batch(() => {
     settings.value = {};
     pixel.value = null;
-    opened.value += 1;
+    opened.value = as;
     setText(next, { name, type });
   });
   fit();

@@ -13,18 +13,19 @@ const REST = 400;
 /** Characters of an address that every browser takes. */
 const LONGEST = 30_000;
 
-/** Where the text of this tab is, if it is too long for its address. */
-const KEPT = "strahl-text";
+/** Where the texts of this tab are that are too long for their addresses, each by the name of its scene. */
+const KEPT = "strahl-text-";
+/** Characters that a browser keeps for a tab. */
+const LARGEST = 5 << 20;
 
 let own = "";
-let stepped = 0;
+let stepped = "";
 
 /** Shows what a fragment says. @param {string} words */
 async function restore(words) {
   const of = parsed(words);
   try {
-    const kept = of.kept ? sessionStorage.getItem(KEPT) : null;
-    if (kept !== null) open(kept, "the scene of this tab", of.type);
+    if (of.kept) open(keptText(of.kept), "the scene of this tab", of.type, of.kept);
     else if (of.packed) open(await unpacked(of.packed), "a scene from a link", of.type);
     else if (of.scene) open(await (await ask(`v1/scenes/${of.scene}`)).text(), of.scene);
     else await openExample(of.example ?? FIRST);
@@ -40,11 +41,36 @@ async function restore(words) {
   });
 }
 
-function keepText() {
+/** The text of a scene whose address has only its name. @param {string} name */
+function keptText(name) {
+  const kept = sessionStorage.getItem(KEPT + name);
+  if (kept === null) throw new Error("its scene is too long for an address, and this tab does not have it any more");
+  return kept;
+}
+
+/** Keeps the text, for a reload and for Back. The oldest ones make room. @param {string} name */
+function keepText(name) {
   try {
-    sessionStorage.setItem(KEPT, text.peek());
+    // An older state of the scene must not come back if this one cannot be kept.
+    sessionStorage.removeItem(KEPT + name);
+    const older = Object.keys(sessionStorage).filter((place) => place.startsWith(KEPT)).sort();
+    while (text.peek().length <= LARGEST && !isKept(KEPT + name)) {
+      const oldest = older.shift();
+      if (oldest === undefined) break;
+      sessionStorage.removeItem(oldest);
+    }
   } catch {
-    // It is larger than what browsers keep: a reload begins anew.
+    // A browser without storage: a reload begins anew.
+  }
+}
+
+/** Whether there was room for the text. @param {string} place */
+function isKept(place) {
+  try {
+    sessionStorage.setItem(place, text.peek());
+    return true;
+  } catch {
+    return false;
   }
 }
 
@@ -68,11 +94,12 @@ export async function start() {
     untracked(() => {
       clearTimeout(timer);
       timer = window.setTimeout(async () => {
-        const before = location.hash;
+        const before = [location.hash, opened.peek()];
         const next = `#${await seen(LONGEST)}`;
-        // Somebody has gone to another address meanwhile.
-        if (location.hash !== before) return;
-        if (next.includes("k=1")) keepText();
+        // Somebody has gone to another address or opened another scene meanwhile.
+        if (location.hash !== before[0] || opened.peek() !== before[1]) return;
+        const { kept } = parsed(next);
+        if (kept) keepText(kept);
         if (next === own) return;
         own = next;
         // Another scene is a step to go back from; a change is none.

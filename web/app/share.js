@@ -2,21 +2,22 @@
 import { html, useEffect, useSignal } from "../vendor/preact.js";
 import { address, ask } from "./api.js";
 import { LONGEST_LINK, LONGEST_TEXT, curlLine, fileName, fragment, packed, programLine, tags } from "./link.js";
-import { example } from "./scenes.js";
+import { example, opened } from "./scenes.js";
 import { isFitted } from "./looking.js";
 import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, title, view } from "./state.js";
 import { Button, Dialog } from "./ui.js";
 
-/** The fragment of what is seen. With `most`, a scene that takes more characters is left out. @param {number} [most] @returns {Promise<string>} */
+/** The fragment of what is seen. A scene that takes more than `most` characters is left out: it has only the name by which this tab keeps it. @param {number} [most] @returns {Promise<string>} */
 export async function seen(most = Infinity) {
   const at = view.peek();
   const frame = isFitted.peek() ? undefined : { x: (at.width / 2 - at.left) / at.scale / size.peek().width, y: (at.height / 2 - at.top) / at.scale / size.peek().height, scale: at.scale };
   const common = { type: origin.peek().type, settings: settings.peek(), panel: panel.peek(), pixel: pixel.peek() ?? undefined, frame };
+  const kept = opened.peek();
   const known = example.peek();
   if (known?.text === text.peek()) return fragment({ ...common, example: known.id });
-  if (text.peek().length > LONGEST_TEXT) return fragment({ ...common, kept: true });
+  if (text.peek().length > LONGEST_TEXT) return fragment({ ...common, kept });
   const word = await packed(text.peek());
-  return fragment(word.length <= most ? { ...common, packed: word } : { ...common, kept: true });
+  return fragment(word.length <= most ? { ...common, packed: word } : { ...common, kept });
 }
 
 /** @param {string} words @param {string} what */
@@ -68,9 +69,11 @@ export function Share() {
   const digest = shown.value?.report.digest ?? "";
   const location = shown.value?.report.location ?? "";
   const { element, picture } = tags(base, location, title.value, size.value);
+  const isTooLong = text.value.length > LONGEST_TEXT;
   return html`<${Dialog} title="Share" wide close=${() => (dialog.value = "")}>
-    <p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl.</p>
-    <${Copied} label="Link to what you see" text=${link.value} what="The link" />
+    ${isTooLong ? html`<p class="warning">This scene is too long for a link. Send it as a file.</p>`
+    : html`<p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl.</p>
+      <${Copied} label="Link to what you see" text=${link.value} what="The link" />`}
     ${link.value.length > LONGEST_LINK && html`<p class="warning">This link has ${link.value.length.toLocaleString("en")} characters; mail and chat programs may cut it. Send the scene as a file.</p>`}
     <${Copied} label=${`The request of this picture, for curl, beside ${fileName(type)}`} text=${curl} what="The line" />
     <${Copied} label="The same without a service" text=${programLine(asked(), type)} what="The line" />

@@ -1,12 +1,13 @@
 // All state of the page, as signals. The text of the scene is the only truth: whatever changes the scene changes the text.
 // README.md says what each signal means. Modules and panels share state only through this file.
 import { batch, computed, effect, signal } from "../vendor/preact.js";
+import { sizeOf } from "./framing.js";
 import { editOf, scan } from "./pointers.js";
 
 /** @typedef {import("./pointers.js").Syntax} Syntax */
 /** @typedef {import("./report.js").Report} Report */
 /** @typedef {Record<string, string>} Settings parameters of the query that override the scene, as `{ accuracy: "proved:1" }` */
-/** @typedef {{ pointer: string, code: string, detail: string, line?: number, column?: number, span?: [number, number] }} SceneProblem */
+/** @typedef {{ pointer?: string, parameter?: string, code: string, detail: string, line?: number, column?: number, span?: [number, number] }} SceneProblem `pointer`: where it is in the text; `parameter`: the setting that it is about */
 /**
  * @typedef {object} Shown
  * @property {ImageBitmap} bitmap
@@ -43,6 +44,7 @@ export const version = signal(0);
 export const draft = signal(/** @type {string | null} */ (null));
 /** The same for a large scene: a merge patch on its text. */
 export const moved = signal(/** @type {import("./base.js").Patch | null} */ (null));
+/** @typedef {{ name: string, type: string }} Origin */
 /** What the text came from. */
 export const origin = signal({ name: "", type: "application/json" });
 /** What is rendered. */
@@ -74,10 +76,11 @@ effect(() => {
 export const settings = signal(/** @type {Settings} */ ({}));
 /** Size of the picture: that of the settings, else of the scene, else the last known one. */
 export const size = signal({ width: 960, height: 540 });
+/** What the last scene that was JSON says of it. */
+let image = {};
 effect(() => {
-  const known = scene.value?.image ?? (scene.value ? {} : size.peek());
-  const width = Number(settings.value.width ?? known.width ?? 960);
-  const height = Number(settings.value.height ?? known.height ?? 540);
+  if (scene.value) image = scene.value.image ?? {};
+  const { width, height } = sizeOf(settings.value, image);
   const isSound = (/** @type {number} */ side) => Number.isInteger(side) && side >= 1 && side <= 16384;
   if (isSound(width) && isSound(height) && (width !== size.peek().width || height !== size.peek().height)) size.value = { width, height };
 });
@@ -152,10 +155,10 @@ function headOf(long, places) {
   return /** @type {any} */ (Object.fromEntries(whole.map(({ pointer, from, to }) => [pointer.slice(1), JSON.parse(long.slice(from, to))])));
 }
 
-/** Replaces the text. @param {string} next @param {{ name?: string, type?: string }} [about] */
+/** Replaces the text. @param {string} next @param {Origin} [about] */
 export function setText(next, about) {
   batch(() => {
-    if (about) origin.value = { ...origin.value, ...about };
+    if (about) origin.value = about;
     if (next === text.peek()) return;
     text.value = next;
     version.value += 1;

@@ -1,7 +1,7 @@
 // The cost strip: what goes on, what the picture took and how exact it is. Each word opens what explains it.
 import { html } from "../vendor/preact.js";
 import { count, duration } from "./report.js";
-import { connection, dialog, openPanel, plan, predicted, problems, reveal, shown, status } from "./state.js";
+import { connection, dialog, openPanel, pane, plan, predicted, problems, reveal, shown, status } from "./state.js";
 import { renderNow } from "./picture.js";
 import { Button } from "./ui.js";
 
@@ -14,7 +14,9 @@ const RUNGS = ["quick answer", "full size, one sample a pixel", "as the scene sa
 
 function press() {
   const { word } = status.peek();
-  if (word === "invalid" && problems.peek()[0]) reveal(problems.peek()[0].pointer);
+  const [first] = problems.peek();
+  if (word === "invalid" && first?.pointer !== undefined) reveal(first.pointer);
+  else if (word === "invalid") pane.value = "edit";
   else if (word === "paused") renderNow();
   else openPanel("plan");
 }

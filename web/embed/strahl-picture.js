@@ -1,11 +1,10 @@
-// <strahl-picture>: a picture of a strahl service, coarse to fine (docs/embed.md). It makes no HTML from text and follows no
-// address in an answer.
+// <strahl-picture>: docs/embed.md. It makes no HTML from text and follows no address in an answer.
 
 // Browsers open six connections to a host.
 const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
 // Milliseconds; streams have a comment each 15 s.
 const SILENCE = 40_000, POLL = 2_000, PATIENCE = 4_000;
-// Pixels a side of the whole; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
+// Pixels a side; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
 const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
 const OVER = ["succeeded", "failed", "canceled", "expired"];
 
@@ -28,7 +27,7 @@ class Service {
   right(id) { return this.capabilities.find((one) => one.includes(`.${id}~`)) ?? ""; }
   fetch(path, id, options, headers) {
     const authorization = this.key && { authorization: `Bearer ${this.key}` };
-    return fetch(this.base + this.right(id) + path, { ...options, headers: { ...headers, ...authorization } });
+    return fetch(`${this.base}${this.right(id)}/${path}`, { ...options, headers: { ...headers, ...authorization } });
   }
   async ask(path, id, signal, options, headers) {
     for (let failures = 0; ; failures++) {
@@ -37,6 +36,7 @@ class Service {
       try {
         const answer = await this.fetch(path, id, { ...options, signal }, headers);
         const body = await (/json/.test(answer.headers.get("content-type")) ? answer.json() : answer.blob());
+        if (failures) signal.tell?.("waiting");
         if (answer.ok) return { answer, body };
         problem = refused(answer, body);
       } catch (error) {
@@ -46,13 +46,15 @@ class Service {
         const next = queue.shift();
         if (next) next(); else free++;
       }
-      if ((problem.status && !isBusy(problem)) || failures + 1 >= TRIES) throw problem;
+      // One that is away comes back.
+      if (!problem.status) signal.tell?.("offline");
+      else if (!isBusy(problem) || failures + 1 >= TRIES) throw problem;
       await pause(wait(failures, problem), signal);
     }
   }
 }
 
-// The jobs of a service share a stream, those with capabilities have one each, hidden tabs none.
+// Jobs without capabilities share a stream; hidden tabs have none.
 const lines = new Set();
 let open = 0;
 document.addEventListener("visibilitychange", () => lines.forEach((line) => line.turn?.abort()));
@@ -73,13 +75,14 @@ const tell = (line, id, event, data) => line.jobs.forEach((job) => {
 async function run(line) {
   for (let failures = 0; await pause(10), line.jobs.size;) {
     const { signal } = line.turn = new AbortController(), polls = document.hidden || open >= STREAMS;
+    signal.tell = (state) => line.jobs.forEach((job) => job.hear(state, {}));
     let ms = 0;
     if (!polls) open++;
     try {
       ms = await (polls ? poll(line, signal) : listen(line, signal, () => { failures = 0; }));
     } catch (error) {
       if (!signal.aborted) {
-        line.jobs.forEach((job) => job.hear("offline", {}));
+        signal.tell("offline");
         ms = wait(failures++, error);
       }
     }
@@ -104,10 +107,9 @@ async function listen(line, signal, alive) {
       timer = setTimeout(silent, SILENCE);
       text += part.value;
       for (let end; (end = text.indexOf("\n\n")) >= 0; text = text.slice(end + 2)) {
-        const field = (name) => text.slice(0, end).match(RegExp(`^${name}: ?(.*)`, "m"))?.[1];
-        const event = field("event");
+        const [, event, json] = text.slice(0, end).match(/^event: ?(.*)[^]*^data: ?(.*)/m) ?? [];
         if (!event) continue;
-        const data = JSON.parse(field("data"));
+        const data = JSON.parse(json);
         alive();
         if (event === "shutdown") return data.retry_ms;
         tell(line, data.job, event, data);
@@ -137,32 +139,29 @@ function reportOf({ headers }) {
   return { error, rays, image: headers.get("content-location")?.match(/i_\w+/)?.[0] };
 }
 
-const STYLE = `:host { display: inline-block; position: relative; max-width: 100% }
+const STYLE = `:host { display: inline-block; position: relative; max-width: 100%; min-height: 4px }
 :host([hidden]), [hidden], p:empty { display: none !important }
-canvas, progress, div, p { position: absolute; inset: 0; width: 100%; height: 100% }
+canvas, progress { position: absolute; inset: 0; width: 100%; height: 100% }
 progress { top: auto; height: 4px }
-div, p { inset: 8px 8px auto auto; width: auto; height: auto; margin: 0 }
-p { inset: auto 8px 8px; color: CanvasText; background: Canvas }
+div { position: absolute; inset: 8px 8px auto auto }
+p { inset: auto 0 0; max-height: 100%; margin: 0; overflow: auto; overflow-wrap: anywhere; color: CanvasText; background: Canvas }
 button { width: 28px; height: 28px; padding: 0 }`;
-const make = (name, part, text = "") => Object.assign(document.createElement(name), { part, textContent: text });
+const make = (name, part, more) => Object.assign(document.createElement(name), { part, ...more });
 
 class StrahlPicture extends HTMLElement {
-  static observedAttributes = ["src", "job", "capability", "scene", "image", "width", "height", "alt", "controls", "zoom"];
-  #key; #soon; #stop = new AbortController(); #shape = new CSSStyleSheet();
-  #canvas = make("canvas", "picture"); #bar = make("progress", "progress"); #status = make("p", "status"); #controls = make("div", "controls");
+  static observedAttributes = "src job capability scene image width height alt controls zoom".split(" ");
+  #key; #stop = new AbortController(); #style = new CSSStyleSheet();
+  #canvas = make("canvas", "picture"); #bar = make("progress", "progress", { ariaLabel: "Rendering" }); #status = make("p", "status", { role: "status" }); #controls = make("div", "controls");
   #size; #film; #xyz; #tiles = new Map(); #view; #frame; #fingers = new Map();
   #resized = new ResizeObserver(() => this.#draw());
 
   constructor() {
     super();
-    const root = this.attachShadow({ mode: "open" }), style = new CSSStyleSheet();
-    style.replaceSync(STYLE);
-    root.adoptedStyleSheets = [style, this.#shape];
-    for (const [sign, ariaLabel, onclick] of [["+", "Zoom in", () => this.zoomBy(2)], ["−", "Zoom out", () => this.zoomBy(0.5)], ["□", "Whole picture", () => this.zoomTo()]]) {
-      this.#controls.append(Object.assign(make("button", "button", sign), { ariaLabel, onclick }));
+    const root = this.attachShadow({ mode: "open" });
+    root.adoptedStyleSheets = [this.#style];
+    for (const [textContent, ariaLabel, factor] of [["+", "Zoom in", 2], ["−", "Zoom out", 0.5], ["□", "Whole picture", 0]]) {
+      this.#controls.append(make("button", "button", { textContent, ariaLabel, onclick: () => this.zoomBy(factor) }));
     }
-    this.#bar.ariaLabel = "Rendering";
-    this.#status.role = "status";
     root.append(this.#canvas, this.#bar, this.#controls, this.#status);
     this.#listen();
   }
@@ -178,38 +177,41 @@ class StrahlPicture extends HTMLElement {
     canvas.ariaLabel = alt ?? "A rendered picture";
     canvas.title = zooms ? "Plus and minus zoom, arrows move, 0 shows the whole picture." : "";
     canvas.tabIndex = zooms ? 0 : -1;
-    this.#controls.hidden = !this.hasAttribute("controls");
+    // CSS leaves out what is no number. Without a size the status makes room for itself.
+    const [w, h] = ["width", "height"].map((name) => Math.max(0, this.getAttribute(name))), [across, down] = w && h ? [w, h] : this.#size ?? [];
+    const shape = across ? `aspect-ratio: ${across} / ${down} } p { position: absolute` : `height: ${h || ""}px`;
+    this.#style.replaceSync(`${STYLE} :host { width: ${w || h * across / down || across}px; ${shape} }`);
+    this.#controls.hidden = !across || !this.hasAttribute("controls");
   }
   #clear() {
     this.#stop.abort();
     this.#tiles.forEach((tile) => { tile.stop.abort(); tile.bitmap?.close(); });
     this.#tiles.clear();
-    this.#size = this.#film = this.#xyz = undefined;
+    this.#film = this.#xyz = undefined;
   }
-  /** Once for all changes of a turn. */
-  #restart() {
-    this.#soon ??= queueMicrotask(async () => {
-      this.#soon = undefined;
-      if (!this.isConnected) return;
-      this.#clear();
-      const { signal } = this.#stop = new AbortController();
-      this.#dress();
-      this.zoomTo();
-      this.#tell({ state: "waiting", fraction: 0 });
-      try {
-        const src = this.getAttribute("src"), base = src === null ? new URL(".", import.meta.url) : new URL(src, document.baseURI);
-        // A path, never another host.
-        const capabilities = (this.getAttribute("capability")?.match(/\/c\/[^/?#\s\\]+/g) ?? []).map((one) => `${one.slice(1)}/`);
-        const service = new Service(base.href.replace(/\/*$/, "/"), capabilities, this.#key);
-        const [job, image] = ["job", "image"].map((name) => encodeURIComponent(this.getAttribute(name) ?? ""));
-        await (job ? this.#job(service, job, signal) : image ? this.#image(service, image, signal) : this.#scene(service, signal));
-      } catch (error) {
-        if (signal.aborted) return;
-        this.#bar.hidden = true;
-        this.#say(error.message);
-        this.#emit("error", { error, status: error.status, problem: error.problem });
-      }
-    }) ?? true;
+  async #restart() {
+    this.#clear();
+    const { signal } = this.#stop = new AbortController();
+    // Once for all changes of a turn.
+    await 0;
+    if (signal.aborted || !this.isConnected) return;
+    signal.tell = (state) => this.#tell({ state });
+    this.#dress();
+    this.zoomTo();
+    this.#tell({ state: "waiting", fraction: 0 });
+    try {
+      const src = this.getAttribute("src"), base = new URL(src ?? ".", src === null ? import.meta.url : document.baseURI);
+      // A path, never another host.
+      const capabilities = this.getAttribute("capability")?.match(/\/c\/[^/?#\s\\]+/g) ?? [];
+      const service = new Service(base.href.replace(/\/+$/, ""), capabilities, this.#key);
+      const [job, image] = ["job", "image"].map((name) => encodeURIComponent(this.getAttribute(name) ?? ""));
+      await (job ? this.#job(service, job, signal) : image ? this.#image(service, image, signal) : this.#scene(service, signal));
+    } catch (error) {
+      if (signal.aborted) return;
+      this.#bar.hidden = true;
+      this.#status.textContent = error.message;
+      this.#emit("error", { error, status: error.status, problem: error.problem });
+    }
   }
 
   async #job(service, id, signal) {
@@ -258,7 +260,7 @@ class StrahlPicture extends HTMLElement {
     await this.#done(service, { ...report, image: job.image_id, job, report: job.report }, signal);
   }
   async #image(service, image, signal) {
-    const { body: { width, height, tileSize, nativezoom } } = await service.ask(`xyz/${image}.json`, image, signal);
+    const { body: { width, height, nativezoom } } = await service.ask(`xyz/${image}.json`, image, signal);
     this.#open(width, height);
     const { body } = await service.ask(`xyz/${image}/0/0/0.png`, image, signal), less = 2 ** nativezoom;
     await this.#put(body, signal, undefined, [width / less, height / less]);
@@ -267,60 +269,65 @@ class StrahlPicture extends HTMLElement {
     await this.#done(service, { ...(whole && reportOf(whole.answer)), image }, signal);
   }
   async #scene(service, signal) {
-    const address = this.getAttribute("scene");
-    const body = address ? await (await fetch(address, { signal })).blob() : this.querySelector("script[type='application/json']")?.textContent;
+    const address = this.getAttribute("scene"), file = address && await fetch(address, { signal });
+    if (file && !file.ok) throw new Error(`HTTP ${file.status}: ${file.url}`);
+    const body = file ? await file.blob() : this.querySelector("script[type='application/json']")?.textContent;
     if (!body) throw new Error("no job, image or scene is named");
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
     const render = (accuracy, until, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", until,
       { method: "POST", body }, { "content-type": "application/json", ...prefer });
-    // What is left is canceled, a job by its id: so it comes at once.
+    // What is left is canceled, a job by its id.
     const unless = (error) => { if (signal.aborted || !/413|504|undefined/.test(error.status)) throw error; };
     const first = await render("&accuracy=time:100", signal).catch(unless);
     if (first) await this.#put(first.body, signal);
-    const { answer, body: file } = await render("", AbortSignal.any([signal, AbortSignal.timeout(PATIENCE)])).catch(unless)
+    const { answer, body: made } = await render("", AbortSignal.any([signal, AbortSignal.timeout(PATIENCE)])).catch(unless)
       ?? await render("", signal, { prefer: "respond-async" });
     if (answer.status !== 202) {
-      await this.#put(file, signal);
+      await this.#put(made, signal);
       return this.#done(service, reportOf(answer), signal);
     }
     let over;
-    const cancel = () => over ?? service.fetch(`v1/jobs/${file.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {});
-    signal.addEventListener("abort", cancel);
-    addEventListener("pagehide", cancel, { signal });
-    await this.#job(service, file.id, signal);
+    signal.addEventListener("abort", () => over ?? service.fetch(`v1/jobs/${made.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {}));
+    addEventListener("pagehide", () => {
+      if (over) return;
+      this.#stop.abort();
+      addEventListener("pageshow", () => this.#restart(), { once: true });
+    }, { signal });
+    await this.#job(service, made.id, signal);
     over = true;
   }
   /** An image id with its capability lets zoom beyond the picture. */
   async #done(service, detail, signal) {
-    const { image } = detail, may = image && (service.right(image) || !service.capabilities[0]);
-    const xyz = may && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
+    const { image } = detail;
+    const xyz = image && (service.right(image) || !service.capabilities[0]) && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
     signal.throwIfAborted();
     this.#xyz = xyz && { ...xyz.body, service, image };
     this.#draw();
     this.#tell({ state: "succeeded", fraction: 1 });
-    this.#emit("done", { width: this.#size[0], height: this.#size[1], ...detail });
+    const [width, height] = this.#size;
+    this.#emit("done", { width, height, ...detail });
   }
   #tell(detail) {
-    this.#bar.hidden = detail.fraction === 1;
-    this.#bar.value = detail.fraction ?? this.#bar.value;
-    this.#say(detail.state === "offline" ? "No answer. Trying again." : "");
+    const { state, fraction } = detail;
+    this.#bar.hidden = fraction === 1;
+    this.#bar.value = fraction ?? this.#bar.value;
+    this.#status.textContent = state === "offline" ? "No answer. Trying again." : "";
     this.#emit("progress", detail);
   }
-  #say(text) { this.#status.textContent = text; }
   #emit(name, detail) { this.dispatchEvent(new CustomEvent(`strahl-${name}`, { detail, bubbles: true, composed: true })); }
 
   #open(width, height) {
-    if (`${this.#size}` === `${[width, height]}`) return;
+    if (this.#film && `${this.#size}` === `${[width, height]}`) return;
     this.#size = [width, height];
-    const less = Math.min(1, SIDE / Math.max(width, height)), own = (name) => +this.getAttribute(name);
+    this.#dress();
+    const less = Math.min(1, SIDE / Math.max(width, height));
     this.#film = new OffscreenCanvas(Math.ceil(width * less), Math.ceil(height * less));
-    this.#shape.replaceSync(`:host { width: ${own("width") || own("height") * width / height || width}px; aspect-ratio: ${width} / ${height} }`);
   }
   /** `crop`: the part of the file that is the picture. */
   async #put(blob, signal, region, crop) {
     const bitmap = await createImageBitmap(blob);
     signal.throwIfAborted();
-    if (!this.#size) this.#open(bitmap.width, bitmap.height);
+    if (!this.#film) this.#open(bitmap.width, bitmap.height);
     const film = this.#film, context = film.getContext("2d"), [width, height] = this.#size;
     const [x, y, w, h] = (region ?? [0, 0, width, height]).map((at) => at * film.width / width);
     context.clearRect(x, y, w, h);
@@ -340,12 +347,12 @@ class StrahlPicture extends HTMLElement {
     const canvas = this.#canvas, context = canvas.getContext("2d");
     canvas.width = this.clientWidth * devicePixelRatio;
     canvas.height = this.clientHeight * devicePixelRatio;
-    if (!this.#size || !canvas.width || !canvas.height) return;
+    if (!this.#film || !canvas.width || !canvas.height) return;
     const [left, top, fit] = this.#place(), [width, height] = this.#size;
     context.imageSmoothingQuality = "high";
     context.drawImage(this.#film, left, top, width * fit, height * fit);
     if (!this.#xyz) return;
-    // Tiles with pixels no larger than the canvas's, where the film has too few.
+    // Tiles, where the film has too few pixels.
     const { tileSize, nativezoom, maxzoom } = this.#xyz, zoom = Math.min(maxzoom, Math.max(0, nativezoom + Math.ceil(Math.log2(fit) - 0.01)));
     const side = (z) => tileSize * 2 ** (nativezoom - z) * fit, wanted = new Set();
     if (fit * width > this.#film.width * 1.01) {
@@ -361,19 +368,19 @@ class StrahlPicture extends HTMLElement {
     }
     context.rect(left, top, width * fit, height * fit);
     context.clip();
-    const known = [...this.#tiles].map(([name, { bitmap }]) => [...name.split("/"), bitmap]).filter((tile) => tile[3] && tile[0] <= zoom);
-    for (const [z, x, y, bitmap] of known.sort((a, b) => a[0] - b[0])) {
+    const known = [...this.#tiles.values()].filter(({ z, bitmap }) => bitmap && z <= zoom);
+    for (const { z, x, y, bitmap } of known.sort((a, b) => a.z - b.z)) {
       // Whole pixels leave no seams.
       const at = (start, n) => Math.round(start + n * side(z)), x0 = at(left, x), y0 = at(top, y);
-      const box = [x0, y0, at(left, +x + 1) - x0, at(top, +y + 1) - y0];
+      const box = [x0, y0, at(left, x + 1) - x0, at(top, y + 1) - y0];
       context.clearRect(...box);
       context.drawImage(bitmap, ...box);
     }
   }
   #fetch(name) {
-    const { service, image } = this.#xyz, tile = { stop: new AbortController() };
-    service.ask(`xyz/${image}/${name}.png`, image, tile.stop.signal).then(({ body }) => createImageBitmap(body)).then((bitmap) => {
-      tile.bitmap = bitmap;
+    const { service, image } = this.#xyz, [z, x, y] = name.split("/").map(Number), tile = { z, x, y, stop: new AbortController() };
+    service.ask(`xyz/${image}/${name}.png`, image, tile.stop.signal).then(async ({ body }) => {
+      tile.bitmap = await createImageBitmap(body);
       for (const [old, { bitmap }] of this.#tiles) if (this.#tiles.size > TILES && bitmap) { bitmap.close(); this.#tiles.delete(old); }
       this.#draw();
     // Coarser ones stay; a move asks again.
@@ -383,7 +390,7 @@ class StrahlPicture extends HTMLElement {
 
   /** Around a point in CSS pixels, else the middle. */
   zoomBy(factor, at) {
-    if (!this.#size) return;
+    if (!this.#film) return;
     const { width, height } = this.#canvas, [px, py] = at?.map((one) => one * devicePixelRatio) ?? [width / 2, height / 2];
     const { scale } = this.#view, [left, top, fit] = this.#place(), [w, h] = this.#size.map((side) => side * fit);
     const most = this.#xyz ? 4 * 2 ** (this.#xyz.maxzoom - this.#xyz.nativezoom) * scale / fit : ZOOM;
@@ -405,7 +412,7 @@ class StrahlPicture extends HTMLElement {
   #listen() {
     const canvas = this.#canvas, fingers = this.#fingers;
     const on = (names, act) => names.split(" ").forEach((name) => canvas.addEventListener(name, (event) => {
-      if (this.hasAttribute("zoom") && this.#size) act(event);
+      if (this.hasAttribute("zoom") && this.#film) act(event);
     }, { passive: false }));
     const at = ({ offsetX, offsetY }) => [offsetX, offsetY];
     on("wheel", (event) => {
@@ -420,8 +427,7 @@ class StrahlPicture extends HTMLElement {
       if (event.ctrlKey || event.metaKey || event.altKey || !(arrow ? scale > 1 : /^[-+=0]$/.test(event.key))) return;
       event.preventDefault();
       if (arrow) this.#move(...arrow.map((step) => step * canvas.clientHeight / 8));
-      else if (event.key === "0") this.zoomTo();
-      else this.zoomBy(event.key === "-" ? 1 / 1.5 : 1.5);
+      else this.zoomBy({ 0: 0, "-": 1 / 1.5 }[event.key] ?? 1.5);
     });
     /** Middle and distance of the fingers. */
     const grip = () => {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fitted, pixelAt, showing, zoomWords, zoomed } from "../app/framing.js";
+import { fitted, framed, pixelAt, showing, sizeOf, sized, zoomWords, zoomed } from "../app/framing.js";
 
 const size = { width: 960, height: 540 };
 const room = { width: 800, height: 600 };
@@ -13,6 +13,23 @@ test("the point under the pointer stays, however often one zooms", () => {
   assert.equal(view.scale, 65_536);
   assert.ok(Math.abs((at.x - view.left) / view.scale - before.x) < 1e-6);
   assert.deepEqual(pixelAt(view, size, at.x, at.y), { x: Math.floor(before.x), y: Math.floor(before.y) });
+});
+
+test("a place of a link is shown as far as one can zoom, however large its numbers", () => {
+  const view = framed(room, size, { x: 0.25, y: 0.5, scale: 2 });
+  assert.deepEqual([view.scale, (400 - view.left) / 2, (300 - view.top) / 2], [2, 240, 270]);
+  for (const frame of [{ x: 1e308, y: -1e308, scale: 1e308 }, { x: 0, y: 0, scale: 1e-308 }]) {
+    const { scale, left, top } = framed(room, size, frame);
+    assert.ok(scale > 0.1 && scale <= 65_536 && Number.isFinite(left) && Number.isFinite(top), JSON.stringify({ scale, left, top }));
+  }
+});
+
+test("settings say how large a picture is, and another size takes the place of all of them", () => {
+  assert.deepEqual(sizeOf({}, {}), { width: 960, height: 540 });
+  assert.deepEqual(sizeOf({ width: "320" }, { width: 640, height: 400 }), { width: 320, height: 400 });
+  assert.deepEqual(sizeOf({ size: "og" }, { width: 640, height: 400 }), { width: 1200, height: 630 });
+  assert.deepEqual(sizeOf({ width: "301", dpr: "0.5" }, { width: 640, height: 400 }), { width: 151, height: 200 });
+  assert.deepEqual(sized({ size: "og", dpr: "2", samples: "4" }, { width: 160, height: 84 }), { samples: "4", width: "160", height: "84" });
 });
 
 test("some of the picture stays in sight", () => {

@@ -14,9 +14,10 @@ test("a link cannot unpack without end", async () => {
 });
 
 test("all that is seen is in the fragment", () => {
-  const seen = { kept: true, packed: "abc-_", settings: { accuracy: "proved:0", width: "320" }, panel: "pixel", pixel: { x: 3, y: 4 }, frame: { x: 0.25, y: 0.5, scale: 2 } };
+  const seen = { kept: "lx3k9f2a", packed: "abc-_", settings: { accuracy: "proved:0", width: "320" }, panel: "pixel", pixel: { x: 3, y: 4 }, frame: { x: 0.25, y: 0.5, scale: 2 } };
   assert.deepEqual(parsed(`#${fragment(seen)}`), seen);
-  assert.deepEqual(parsed("#z=<script>&x=a,b&v=1,2&p=<&q.a=%E0%A4%A&s=../../etc&e=../x&nonsense"), { settings: {} });
+  assert.deepEqual(parsed("#z=<script>&x=a,b&v=1,2&p=<&q.a=%E0%A4%A&s=../../etc&e=../x&k=<&nonsense"), { settings: {} });
+  for (const frame of ["0,0,0", "0.5,0.5,-3", "0.5,0.5,1e999", ",,1", "NaN,0,1"]) assert.deepEqual(parsed(`#v=${frame}`), { settings: {} }, frame);
 });
 
 test("tags for other pages hold names as text", () => {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { scan } from "../app/pointers.js";
-import { fixOf, lineOf, placeOf, rangeOf } from "../app/problems.js";
+import { fixOf, isOfText, lineOf, placeOf, rangeOf, wordsOf } from "../app/problems.js";
 
 const text = '{ "größe 😀": 1,\n  "camera": { "pinhol": {} },\n  "a": "glas" }';
 const syntax = scan(text);
@@ -22,6 +22,13 @@ test("unknown keys are underlined and mended, values likewise", () => {
   const value = { pointer: "#/a", code: "unknown-reference", detail: 'no material "glas"; did you mean "glass"?', line: 3, column: 8 };
   assert.equal(cut(fixOf(syntax, value)), '"glas"');
   assert.equal(fixOf(syntax, { ...value, detail: 'no material "glas"' }), null);
+});
+
+test("a problem of a setting has no place in the text, but words", () => {
+  const setting = { parameter: "samples", code: "out-of-range", detail: "expected a whole number" };
+  assert.equal(isOfText(setting), false);
+  assert.equal(wordsOf(setting), "samples: expected a whole number");
+  assert.ok(isOfText({ pointer: "", code: "x", detail: "" }), "the whole scene is a place, too");
 });
 
 test("without a node the line and column count", () => {

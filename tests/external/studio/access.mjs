@@ -1,4 +1,4 @@
-// Accessibility: axe-core in 12 states, light and dark, wide and narrow, under the real policy; and everything by keyboard alone.
+// Accessibility: axe-core in 13 states, light and dark, wide and narrow, under the real policy; and everything by keyboard alone.
 import fs from "node:fs";
 import { axePath, clean, end, figure, launch, open, pause, settled } from "./page.mjs";
 
@@ -11,6 +11,7 @@ const STATES = {
   "at first": async () => {},
   "a pixel": (page) => page.evaluate(() => ((studio.pixel.value = { x: 480, y: 300 }), studio.openPanel("pixel"))),
   "a problem": (page) => page.evaluate(() => studio.editAt("/objects/1/sphere/material", "glas")),
+  "a wrong setting": set("settings", { samples: "99999" }),
   paused: set("live", false),
   camera: set("tool", "orbit"),
   examples: set("dialog", "examples"),
@@ -106,7 +107,8 @@ async function keyboard() {
   for (const [keys, dialog] of [[["Control", "k"], "commands"], [["?"], "help"], [["o"], "examples"], [["s"], "share"]]) {
     for (const key of keys) await page.keyboard.down(key);
     for (const key of keys.toReversed()) await page.keyboard.up(key);
-    await page.waitForFunction((of) => studio.dialog.value === of, {}, dialog);
+    // Escape is for a dialog that is open already.
+    await page.waitForFunction((of) => studio.dialog.value === of && document.querySelector("dialog")?.open, {}, dialog);
     await page.keyboard.press("Escape");
     await page.waitForFunction(() => studio.dialog.value === "");
   }

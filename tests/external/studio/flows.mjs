@@ -12,6 +12,15 @@ const render = (page, query = "") =>
     return studio.reportOf(answer.headers).digest;
   }, query);
 
+const drop = (page, name, body, packed = false) => page.evaluate(async (of, content, zip) => {
+  let blob = new Blob([content]);
+  if (zip) blob = await new Response(blob.stream().pipeThrough(new CompressionStream("gzip"))).blob();
+  const data = new DataTransfer();
+  data.items.add(new File([blob], of));
+  dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+}, name, body, packed);
+const NFF = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 64 64\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+
 const flows = {
   async "the first run shows a scene that is live"(page) {
     const root = await page.evaluate(async () => (await fetch("/", { headers: { accept: "text/html" } })).url);
@@ -193,25 +202,101 @@ const flows = {
     return [count >= 6 && (await state(page, "text")) === before, `${count} examples`];
   },
   async "a file is dropped: JSON, NFF and gzip"(page) {
-    const drop = (name, body, packed) => page.evaluate(async (of, content, zip) => {
-      let blob = new Blob([content]);
-      if (zip) blob = await new Response(blob.stream().pipeThrough(new CompressionStream("gzip"))).blob();
-      const data = new DataTransfer();
-      data.items.add(new File([blob], of));
-      dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-    }, name, body, packed);
-    const nff = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 64 64\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
     const seen = [];
     for (const [name, packed] of [["ball.nff", false], ["ball.nff.gz", true]]) {
-      await drop(name, nff, packed);
+      await drop(page, name, NFF, packed);
       await page.waitForFunction(() => studio.origin.value.type === "text/x-nff");
       await settled(page);
       seen.push((await state(page, "shown")).width);
-      await drop("scene.json", '{ "version": 1, "image": { "width": 32, "height": 32 }, "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0, 0] } }, "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1 } } ] }', false);
+      await drop(page, "scene.json", '{ "version": 1, "image": { "width": 32, "height": 32 }, "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0, 0] } }, "objects": [ { "sphere": { "center": [0, 0, 0], "radius": 1 } } ] }');
       await page.waitForFunction(() => studio.size.value.width === 32);
       await settled(page);
     }
     return [seen.join() === "64,64", seen.join()];
+  },
+  async "undo and redo of another kind of file bring its kind, too"(page) {
+    await page.waitForFunction(() => document.querySelector(".editor-host")?.shadowRoot?.querySelector(".cm-content"));
+    const before = await state(page, "text");
+    await drop(page, "ball.nff", NFF);
+    await page.waitForFunction(() => studio.origin.value.type === "text/x-nff");
+    await settled(page);
+    const kinds = [];
+    for (const step of ["Undo", "Redo", "Undo"]) {
+      await press(page, step);
+      await settled(page);
+      kinds.push(await page.evaluate((old) => `${studio.origin.value.type} ${studio.text.value === old} ${studio.scene.value !== null}`, before));
+    }
+    await page.keyboard.press("s");
+    await page.waitForSelector(".copied");
+    const line = await page.$$eval(".copied textarea", (all) => all[1].value);
+    return [kinds.join() === "application/json true true,text/x-nff false false,application/json true true" && !line.includes("nff"), kinds.join()];
+  },
+  async "a setting that is wrong is told, and left out by a button"(page) {
+    const found = [];
+    for (const [fragment, words] of [["q.samples=99999", "samples: expected a whole number"], ["q.width=99999", "width: expected a whole number"]]) {
+      await page.evaluate((of) => (location.hash = `#e=whitted/whitted&${of}`), fragment);
+      await page.waitForFunction((of) => document.querySelector(".trouble")?.textContent.includes(of) && document.querySelector(".problems")?.textContent.includes(of), { timeout: 20_000 }, words);
+      found.push(await text(page, ".problems"));
+      // The keys and buttons that go to a problem find none in the text.
+      await page.keyboard.press("F8");
+      await page.click(".state");
+      await press(page, "Leave it out");
+      await settled(page);
+    }
+    return [(await page.$(".problems")) === null && Object.keys(await state(page, "settings")).length === 0, found.join(" | ")];
+  },
+  async "a size by its name is that of the picture"(page) {
+    await page.evaluate(() => (location.hash = "#e=whitted/whitted&q.size=og&q.accuracy=fixed"));
+    await page.waitForFunction(() => studio.settings.value.size === "og" && studio.shown.value.settings.size === "og", { timeout: 10_000 }).catch(() => {});
+    const { width, height } = await state(page, "size");
+    const shown = await state(page, "shown");
+    return [`${width}x${height} ${shown.width}x${shown.height}` === "1200x630 1200x630", `${shown.width}x${shown.height}`];
+  },
+  async "nonsense in an address leaves the picture in sight"(page) {
+    const scales = [];
+    for (const frame of ["0,0,0", "0.5,0.5,-3", "1e308,1e308,1e308", "0.5,0.5,1e-300"]) {
+      await page.evaluate((of) => (location.hash = `#e=whitted/whitted&v=${of}`), frame);
+      await pause(700);
+      const { scale, left, top } = await state(page, "view");
+      scales.push([scale > 0.01 && scale <= 65_536 && Number.isFinite(left) && Number.isFinite(top), scale]);
+    }
+    return [scales.every(([holds]) => holds), scales.map(([, scale]) => scale).join()];
+  },
+  async "long scenes have an address each: Back and a reload bring the right one, or none"(page) {
+    const long = (name, count) => page.evaluate((of, many) => {
+      const objects = Array.from({ length: many }, (_, i) => ({ sphere: { center: [Math.sin(i * 12.9898) * 4, Math.sin(i * 78.233), Math.sin(i * 37.719) * 4], radius: 0.02 + (i % 97) / 9700 } }));
+      return JSON.stringify({ ...studio.scene.value, name: of, objects });
+    }, name, count);
+    const named = (name) => page.waitForFunction((of) => studio.title.value === of && location.hash.startsWith("#k="), { timeout: 60_000 }, name);
+    // The first scene has an address by then.
+    await pause(700);
+    const plain = await page.evaluate(() => history.length);
+    const seen = [];
+    for (const [name, count] of [["long A", 2000], ["long B", 2000], ["too long", 80_000]]) {
+      const before = page.url();
+      await drop(page, `${name}.json`, await long(name, count));
+      await named(name);
+      await page.waitForFunction((of) => location.href !== of, { timeout: 10_000 }, before);
+      seen.push(page.url().split("#")[1]);
+    }
+    const steps = (await page.evaluate(() => history.length)) - plain;
+    await page.evaluate(() => (studio.dialog.value = "share"));
+    await page.waitForSelector(".dialog .row");
+    const shared = await text(page, "dialog");
+    await page.evaluate(() => (studio.dialog.value = ""));
+    await page.reload();
+    await ready(page);
+    const anew = await state(page, "title");
+    const told = await page.evaluate(() => studio.notice.value?.text ?? "");
+    await page.goBack();
+    await named("long B");
+    await page.goBack();
+    await named("long A");
+    await pause(700);
+    await page.reload();
+    await ready(page);
+    const last = await state(page, "title");
+    return [new Set(seen.map((of) => of.split("&")[0])).size === 3 && steps === 3 && anew.includes("Whitted 1980") && told.includes("too long for an address") && last === "long A" && shared.includes("too long for a link"), `${steps} steps; ${anew}: ${told}; ${last}`];
   },
   async "paused, edits wait for Ctrl-Enter"(page) {
     await page.keyboard.press("p");
@@ -338,6 +423,20 @@ const flows = {
     const shown = await page.evaluate(() => [document.querySelector(".panels").checkVisibility(), document.querySelector(".edit").checkVisibility(), document.documentElement.scrollWidth, document.documentElement.scrollHeight]);
     await clean(page, "phone");
     return [pixel !== null && shown[0] && !shown[1] && shown[2] <= 390 && shown[3] <= 844, `${JSON.stringify(pixel)} ${shown.join(" ")}`];
+  },
+  async "dialogs at 320 pixels scroll downwards only"() {
+    const page = await open(browser, { width: 320, height: 568 });
+    await settled(page);
+    const wide = [];
+    for (const name of ["help", "share", "commands", "examples", "key"]) {
+      await page.evaluate((of) => (studio.dialog.value = of), name);
+      await page.waitForSelector("dialog");
+      await pause(300);
+      if (await page.$eval("dialog", (of) => [of, ...of.querySelectorAll("*")].some((it) => it.scrollWidth > it.clientWidth + 1 && /auto|scroll/.test(getComputedStyle(it).overflowX) && it.tagName !== "TEXTAREA"))) wide.push(name);
+      await page.evaluate(() => (studio.dialog.value = ""));
+    }
+    await clean(page, "320 pixels");
+    return [wide.length === 0, wide.join(", ") || "none"];
   },
   async "text at 200 % loses nothing"(page) {
     await page.evaluate(() => (document.documentElement.style.fontSize = "200%"));

@@ -35,7 +35,7 @@ const fill = (name, value) => page.evaluate((label, words) => {
 }, name, value);
 await fill("Width", "1920");
 await fill("Height", "1200");
-await fill("Samples", "16");
+await fill("Samples", "128");
 await fill("Labels", "night, studio");
 await page.waitForFunction(() => /Should take/.test(document.querySelector(".job-estimate")?.textContent ?? ""), { timeout: 20_000 });
 figure("prediction in the dialog", await page.$eval(".job-estimate", (of) => of.textContent.replace(/\s+/g, " ")), true);
@@ -89,6 +89,25 @@ figure("link without a key", `${answer.status} ${answer.headers.get("content-typ
 await page.evaluate((of) => [...document.querySelectorAll(`[data-job="${of}"] .job-actions button`)].find((it) => it.textContent.trim() === "Open").click(), small.id);
 await page.waitForFunction(() => studio.scene.value?.image?.width === 80, { timeout: 10_000 });
 figure("opened in the studio", await page.evaluate(() => JSON.stringify(studio.scene.value.image)), true);
+
+// Somebody else deletes the job that is shown, which may be on another page of the list.
+for (const isListed of [true, false]) {
+  const { id: other } = (await post({ scene, settings: { width: 1600, height: 900, samples: 1024 }, labels: ["shown"] })).body;
+  const row = `[data-job="${other}"]`;
+  await page.waitForFunction((of) => document.querySelector(`${of} .job-picture`)?.disabled === false, { timeout: 60_000 }, row);
+  await page.evaluate((of) => document.querySelector(`${of} .job-picture`).click(), row);
+  await page.waitForFunction(() => document.querySelector(".job-caption")?.textContent.includes("shown"));
+  if (!isListed) {
+    await page.select("#jobs-state", "succeeded");
+    await page.waitForFunction((of) => !document.querySelector(of), { timeout: 10_000 }, row);
+  }
+  await api(`v1/jobs/${other}`, { method: "DELETE" });
+  const isGone = await page.waitForFunction(() => !document.querySelector(".job-over"), { timeout: 15_000 }).then(() => true, () => false);
+  const told = await page.evaluate(() => studio.notice.value?.text ?? "");
+  figure(`deleted by somebody else, ${isListed ? "in" : "not in"} the list`, told, isGone && told.includes("deleted"));
+}
+await button("All");
+await page.waitForFunction(() => document.querySelectorAll(".job").length === 3, { timeout: 10_000 });
 
 // Filters are in the address.
 await page.select("#jobs-state", "canceled");

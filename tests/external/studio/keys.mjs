@@ -15,6 +15,13 @@ await page.keyboard.press("Enter");
 await page.waitForFunction(() => document.querySelector(".wrong")?.textContent !== "");
 figure("a wrong one is refused", await page.$eval(".wrong", (of) => of.textContent), true);
 await page.$eval("dialog input[type=password]", (of) => (of.value = ""));
+const before = sent.length;
+await page.type("dialog input[type=password]", "rk_abc\u2026\u20ac");
+await page.keyboard.press("Enter");
+await page.waitForFunction(() => document.querySelector(".wrong")?.textContent.includes("\u2026"), { timeout: 5_000 }).catch(() => {});
+const words = await page.$eval(".wrong", (of) => of.textContent);
+figure("one that no request can hold is refused at once", words, words.includes("No key has the character") && sent.length === before);
+await page.$eval("dialog input[type=password]", (of) => (of.value = ""));
 await page.type("dialog input[type=password]", key);
 await page.keyboard.press("Enter");
 await page.evaluate(async () => {

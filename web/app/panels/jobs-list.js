@@ -28,6 +28,8 @@ export const pages = signal(/** @type {{ before: string[], next: string | null }
 export const showing = signal("");
 /** What will be sent in a moment. */
 export const pending = signal(/** @type {Map<string, "cancel" | "delete">} */ (new Map()));
+/** That job, if it is not on the page of the list. */
+export const apart = signal(/** @type {Job | null} */ (null));
 /** Numbers of previews by job: another one is another picture. */
 export const revisions = signal(/** @type {Map<string, number>} */ (new Map()));
 /** The key that was refused, until there is another: asking again would only open its dialog again. */
@@ -55,6 +57,7 @@ export async function load() {
       trouble.value = "";
       isLoading.value = false;
     });
+    lookAfterShown();
   } catch (error) {
     if (ended.aborted) return;
     batch(() => ((isLoading.value = false), (trouble.value = error instanceof Unreachable ? "The service does not answer; jobs go on without this page." : /** @type {Error} */ (error).message)));
@@ -62,6 +65,24 @@ export async function load() {
     if (error.status === 401 || error.status === 403) refused.value = key.peek();
     notBefore = performance.now() + error.retryAfter * 1000;
   }
+}
+
+/** Asks for the job in the viewport if it is not on the page of the list: it may be on another one, or gone. */
+async function lookAfterShown() {
+  const id = showing.peek();
+  if (id === "" || jobs.peek().some((job) => job.id === id)) return;
+  try {
+    apart.value = await askJson(`v1/jobs/${id}`);
+  } catch (error) {
+    if (error instanceof Problem && (error.status === 404 || error.status === 410)) leave(id);
+  }
+}
+
+/** Stops showing a job that the service does not have any more. @param {string} id */
+function leave(id) {
+  if (showing.peek() !== id) return;
+  showing.value = "";
+  say("The job in the viewport was deleted.");
 }
 
 let soon = 0;
@@ -91,6 +112,7 @@ export const hasPreview = (job) => job.state === "succeeded" || (job.state !== "
 /** @param {import("../sse.js").ServerEvent} event */
 function take({ event, data }) {
   if (event === "shutdown") return;
+  if (event === "removed") leave(data.job);
   const isPicture = event === "preview" || event === "tile" || event === "succeeded" || (event === "snapshot" && data.revision > 1);
   if (isPicture) revisions.value = new Map(revisions.peek()).set(data.job, (revisions.peek().get(data.job) ?? 0) + 1);
   const next = after(jobs.peek(), event, data);
@@ -165,7 +187,7 @@ export function end(job, what) {
   const timer = setTimeout(async () => {
     try {
       await ask(`v1/jobs/${job.id}${what === "cancel" ? "/cancel" : ""}`, { method: what === "cancel" ? "POST" : "DELETE" });
-      if (what === "delete") jobs.value = jobs.peek().filter(({ id }) => id !== job.id);
+      if (what === "delete") batch(() => (leave(job.id), (jobs.value = jobs.peek().filter(({ id }) => id !== job.id))));
     } catch (error) {
       say(`${nameOf(job)}: ${/** @type {Error} */ (error).message}`);
     }

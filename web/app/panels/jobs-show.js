@@ -3,7 +3,7 @@ import { computed, effect, html, signal, untracked } from "../../vendor/preact.j
 import { Problem, ask, pause } from "../api.js";
 import { bitmaps, hover, putLayer, removeLayer, size } from "../state.js";
 import { Button } from "../ui.js";
-import { hasPreview, jobs, revisions, showing } from "./jobs-list.js";
+import { apart, hasPreview, jobs, revisions, showing } from "./jobs-list.js";
 import { isActive, nameOf, stateWords } from "./jobs-model.js";
 
 /** Milliseconds between two pictures, and between two wishes. */
@@ -91,7 +91,7 @@ function tileAt(job, pixel) {
 
 export function start() {
   effect(() => {
-    const job = jobs.value.find(({ id }) => id === showing.value);
+    const job = [...jobs.value, apart.value].find((of) => of?.id === showing.value);
     if (job && job !== shown.peek()) shown.value = job;
     if (showing.value === "") shown.value = null;
   });

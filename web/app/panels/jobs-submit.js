@@ -1,6 +1,7 @@
 // The dialog that makes a job of the scene: what it will be, and what it should take.
 import { html, useEffect, useRef, useState } from "../../vendor/preact.js";
 import { Problem, ask, askJson, pause } from "../api.js";
+import { sized } from "../framing.js";
 import { duration, count } from "../report.js";
 import { limits, origin, scene, settings, size, text } from "../state.js";
 import { Button, Dialog } from "../ui.js";
@@ -15,7 +16,7 @@ const freshKey = () => Array.from(crypto.getRandomValues(new Uint8Array(16)), (b
 /** @typedef {{ width: string, height: string, samples: string, format: string, priority: string, labels: string }} Form */
 
 /** @param {Form} form @returns {import("../state.js").Settings} */
-const settingsOf = ({ width, height, samples }) => ({ ...settings.peek(), width, height, ...(samples === "" ? {} : { samples }) });
+const settingsOf = ({ width, height, samples }) => ({ ...sized(settings.peek(), { width, height }), ...(samples === "" ? {} : { samples }) });
 
 /** @param {Form} form @param {string} idempotency */
 async function submit(form, idempotency) {

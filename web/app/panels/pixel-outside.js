@@ -2,6 +2,7 @@
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
 import { Problem, askJson, pause, render } from "../api.js";
 import { LARGE } from "../base.js";
+import { sized } from "../framing.js";
 import { bitmaps, scene, settings, text } from "../state.js";
 import { Button } from "../ui.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
@@ -68,7 +69,7 @@ async function sceneFrom(of, signal) {
 
 /** @param {Orbit} of @param {AbortSignal} signal */
 async function load(of, signal) {
-  const plain = { ...settings.peek(), width: String(SIZE.width), height: String(SIZE.height) };
+  const plain = sized(settings.peek(), SIZE);
   const show = async (/** @type {string} */ varied, /** @type {Record<string, string>} */ more) => {
     const { bitmap } = await render({ text: varied, settings: { ...plain, ...more }, signal });
     bitmaps.made += 1;

@@ -2,6 +2,7 @@
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
 import { askJson } from "../api.js";
 import { keysOf } from "../pointers.js";
+import { wordsOf } from "../problems.js";
 import { count, duration } from "../report.js";
 import { editAt, openPanel, other, otherAsked, plan, problems, say, scene, settings, shown, status, text } from "../state.js";
 import { Button, Empty, Icon, Pointer } from "../ui.js";
@@ -179,7 +180,7 @@ function Measure() {
 export function Panel() {
   const of = plan.value;
   if (!of) {
-    if (problems.value.length > 0) return html`<${Empty} title="No plan"><p>The scene has to be sound first: ${problems.value[0].detail}</p><//>`;
+    if (problems.value.length > 0) return html`<${Empty} title="No plan"><p>The scene has to be sound first: ${wordsOf(problems.value[0])}</p><//>`;
     if (status.value.word === "offline") return html`<${Empty} title="No plan"><p>The service does not answer.</p><//>`;
     return html`<div class="skeleton" role="status" aria-label="The plan comes with the first picture"><i></i><i></i><i></i><i></i></div>`;
   }
