@@ -14,6 +14,8 @@ use strahl::film::Region;
 use strahl::scene::description::ImageSize;
 use strahl::scene::{Description, Scene};
 
+/// Edge of a tile in pixels.
+pub(crate) const TILE: u32 = 512;
 /// Rays of one `POST /v1/rays`.
 pub(crate) const MAX_RAYS: usize = 100_000;
 /// Most seconds of a trade-off, whatever the time limit of a request.
@@ -227,6 +229,13 @@ impl AnswerLimits {
     /// Most pixels of one answer about a scene.
     pub(crate) fn max_area(&self, scene: &Scene) -> u64 {
         self.max_pixels.min(self.max_samples_total / u64::from(scene.samples))
+    }
+
+    /// Edge of the tiles of a scene's levels in pixels, a power of two: less than [`TILE`] where so many samples are more than
+    /// one answer may have.
+    pub(crate) fn tile_edge(&self, scene: &Scene) -> u32 {
+        let most = self.max_area(scene).max(1);
+        TILE.min(1 << (most.ilog2() / 2))
     }
 
     /// Most seconds of a trade-off. The rest of a request's time is for waiting and for writing the answer.

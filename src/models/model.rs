@@ -70,6 +70,8 @@ pub struct ModelCamera {
     pub placed: DMat4,
     /// Its projection.
     pub projection: Projection,
+    /// Width of its picture by the height, if the file says so.
+    pub aspect: Option<f64>,
 }
 
 /// How a camera projects.

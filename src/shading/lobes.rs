@@ -5,6 +5,7 @@
 //! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`). Where light is traced, each lobe sends a
 //! ray by a facet that it chooses.
 
+use super::microfacet::unhidden;
 use super::pbr::Parameters;
 use super::split_sum::reflected_share;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -45,9 +46,16 @@ pub struct Lobes<L: Lanes> {
     lost: [L; 2],
     /// Width of the facets' distribution.
     width: L,
-    /// What the lacquer reflects, and its width.
+    /// What the lacquer reflects, and the factor on its highlights: its facets reflect on to each other, too.
     coat: L,
+    coat_gain: L,
     coat_width: L,
+    /// The shares of light that facets which others do not hide reflect, of all, on the surface and the lacquer.
+    open: [L; 2],
+    /// The share of all light that what is no metal gets.
+    other: L,
+    /// The lanes of what is no metal and reflects by Schlick's law, rather than by its index of refraction.
+    by_schlick: u32,
     /// The normal of the lacquer.
     pub coat_ns: V3<L>,
     /// The lanes with lacquer whose normal is not that of the surface below.
@@ -90,6 +98,25 @@ pub struct Lobes<L: Lanes> {
     pub opacity: L,
 }
 
+/// What leaves from facets of rough surfaces that rays choose.
+impl<L: Lanes> Lobes<L> {
+    /// The most that the surface reflects and the share that passes it, where its dielectric reflects a share.
+    #[inline(always)]
+    pub fn leaving(&self, s: L::Simd, reflectance: L) -> [L; 2] {
+        let V3 { x, y, z } = self.metal[1];
+        [reflectance * self.other + x.max(y).max(z), self.passing * (L::lit(s, 1.0) - reflectance)]
+    }
+
+    /// What is scattered below a facet, given what the dielectric reflects there: all that it lets in.
+    #[inline(always)]
+    pub fn below(&self, s: L::Simd, reflected: L) -> V3<L> {
+        let zero = L::lit(s, 0.0);
+        let share = L::select(self.other.gt(zero), reflected / self.other, zero);
+        let all = self.diffuse * (L::lit(s, 1.0) - share).max(zero);
+        V3::select(L::mask(s, self.by_schlick), self.scattered, all)
+    }
+}
+
 impl<L: Lanes> Lobes<L> {
     /// What wide lobes reflect of all light from around.
     #[inline(always)]
@@ -114,7 +141,14 @@ impl<L: Lanes> Lobes<L> {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
         let (cosine, coat_cosine) = (facing(s, ns, to_eye), facing(s, coat_ns, to_eye));
+        let least = L::lit(s, LEAST_SHARE);
         let coat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - coat_cosine)) * p.lit;
+        let rough_coat = L::mask(s, lanes) & coat.gt(zero) & p.clearcoat_roughness.gt(L::lit(s, LACQUER[0]));
+        let mut open_coat = one;
+        if rough_coat.any() {
+            let [a, b, _] = reflected_share(s, coat_cosine, p.clearcoat_roughness, rough_coat.bits());
+            open_coat = L::select(rough_coat, (a + b).max(least), one);
+        }
         let below = (one - coat) * p.lit;
         let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
         let tint = p.specular_color * p.normal_reflectance;
@@ -126,36 +160,42 @@ impl<L: Lanes> Lobes<L> {
         let every = L::mask(s, if traced { L::ALL } else { 0 });
         let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic) | every;
         let coat_smooth = L::select(every, one, one - smoothstep(s, p.clearcoat_roughness, LACQUER));
-        let [a, b] = reflected_share(s, cosine, p.roughness, lanes);
+        let [a, b, facet] = reflected_share(s, cosine, p.roughness, lanes);
         // What facets hide from the eye or the light they reflect on (Fdez-Agüera 2019): 1 + F0 (1/(a + b) - 1).
-        let again = one / (a + b).max(L::lit(s, LEAST_SHARE)) - one;
-        let more =
-            V3::splat(s, [L::Real::from_f64(1.0); 3]) + (tint * (one - p.metallic) + p.base_color * p.metallic) * again;
-        let f90 = p.specular * other + metal;
-        let (f0, f90) = ((tint * other + p.base_color * metal).times(more), more * f90);
-        let scattered = diffuse * (one - (lost[0] * a + lost[1] * b) * (one + lost[0] * again));
-        let blurred = V3::select(smooth, nothing, f0 * a + f90 * b);
-        let mut coat_blurred = zero;
-        let wide_coat = L::mask(s, lanes) & coat.gt(zero) & coat_smooth.lt(one);
-        if wide_coat.any() {
-            let [a, b] = reflected_share(s, coat_cosine, p.clearcoat_roughness, wide_coat.bits());
-            coat_blurred = L::select(wide_coat, coat * (a + b) * (one - coat_smooth), zero);
-        }
-        let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
+        let open = (a + b).max(least);
+        let again = one / open - one;
+        let white = V3 { x: one, y: one, z: one };
+        let (more, more_metal) = (white + tint * again, white + p.base_color * again);
+        let f0 = (tint * other).times(more) + (p.base_color * metal).times(more_metal);
+        let f90 = more * (p.specular * other) + more_metal * metal;
         // What reflects more than its index of refraction follows Schlick's law, as metal does.
         let color = p.specular_color;
-        let bright = color.x.max(color.y).max(color.z).gt(one);
+        let strongest = color.x.max(color.y).max(color.z);
+        let bright = strongest.gt(one);
+        // Where a mirror ray takes its share by the index of refraction, so does what is below.
+        let mirrors_exactly = smooth & !bright;
+        let at = L::select(every, facet, cosine);
+        let exact = strongest * p.specular * between(s, p.normal_reflectance, at);
+        let exact = L::select(every, exact * open, exact);
+        let hidden = L::select(mirrors_exactly, exact, lost[0] * a + lost[1] * b);
+        let returned = L::select(smooth & !every, one, one + lost[0] * again);
+        let scattered = diffuse * (one - hidden * returned);
+        let blurred = V3::select(smooth, nothing, f0 * a + f90 * b);
+        let coat_blurred = L::select(L::mask(s, lanes), coat * (one - coat_smooth), zero);
+        let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
         let reflection = V3::select(smooth & !bright, color * (p.specular * other), nothing);
-        let shiny = L::select(bright, other, zero);
-        let all_metal = metal + shiny * p.specular;
-        let all_metal = V3 { x: all_metal, y: all_metal, z: all_metal };
-        let metal = p.base_color * metal + tint * shiny;
-        let mut metal = [V3::select(smooth, metal, nothing), V3::select(smooth, all_metal, nothing)];
-        let mut reflection = reflection;
+        let (mut reflection, mut gain, mut gain_metal) = (reflection, white, white);
         if traced {
-            // Rays that choose among facets meet each facet once.
-            (reflection, metal) = (reflection.times(more), [metal[0].times(more), metal[1].times(more)]);
+            // Rays choose among the facets that others do not hide (`trace/facets.rs`), so each stands for more of them. What
+            // glass does not reflect passes, and does not get lost.
+            let kept = white * p.transmission;
+            (gain, gain_metal) = (kept + more * (open * (one - p.transmission)), more_metal * open);
+            reflection = reflection.times(gain);
         }
+        let shiny = L::select(bright, other, zero);
+        let at_normal = (p.base_color * metal).times(gain_metal) + (tint * shiny).times(gain);
+        let along = gain_metal * metal + gain * (shiny * p.specular);
+        let metal = [V3::select(smooth, at_normal, nothing), V3::select(smooth, along, nothing)];
         let apart = if apart == 0 { 0 } else { apart & coat.gt(zero).bits() };
         let mut lacquer = if traced { coat } else { zero };
         let mut coat_mirror = if traced { zero } else { coat * coat_smooth };
@@ -174,6 +214,10 @@ impl<L: Lanes> Lobes<L> {
             lost,
             width: wide.max(L::lit(s, NARROWEST)),
             coat,
+            coat_gain: one / open_coat,
+            open: [open, open_coat],
+            other,
+            by_schlick: bright.bits() & lanes,
             coat_width: coat_wide.max(L::lit(s, NARROWEST)),
             coat_ns,
             apart,
@@ -225,7 +269,7 @@ impl<L: Lanes> Lobes<L> {
         let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
         if self.coat.gt(zero).bits() & self.lanes != 0 {
             let cosine = self.coat_ns.dot(to_light).max(zero);
-            let lacquer = self.coat * half.highlight(s, self.coat_ns, cosine, self.coat_width);
+            let lacquer = self.coat * self.coat_gain * half.highlight(s, self.coat_ns, cosine, self.coat_width);
             reflected = reflected + V3 { x: lacquer, y: lacquer, z: lacquer };
         }
         reflected
@@ -252,26 +296,39 @@ impl<L: Lanes> Lobes<L> {
         let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let own = fresnel * half.highlight(s, ns, cosine, self.width);
         let coat_cosine = self.coat_ns.dot(to_light).max(zero);
-        let over = self.coat * half.highlight(s, self.coat_ns, coat_cosine, self.coat_width);
+        let over = self.coat * self.coat_gain * half.highlight(s, self.coat_ns, coat_cosine, self.coat_width);
         let nothing = V3 { x: zero, y: zero, z: zero };
+        let [open, open_coat] = self.open;
         let (rough, coat_rough) = (self.facets.gt(zero), self.lacquer_facets.gt(zero));
         [
             Glance {
                 reflected: V3::select(rough, own, nothing),
-                density: L::select(rough, half.likely(s, ns, self.width), zero),
+                density: L::select(rough, half.likely(s, ns, to_light, self.width, open), zero),
             },
             Glance {
                 reflected: V3::select(coat_rough, V3 { x: over, y: over, z: over }, nothing),
-                density: L::select(coat_rough, half.likely(s, self.coat_ns, self.coat_width), zero),
+                density: L::select(
+                    coat_rough,
+                    half.likely(s, self.coat_ns, to_light, self.coat_width, open_coat),
+                    zero,
+                ),
             },
         ]
     }
 }
 
-/// How likely facets of a width that are chosen among the visible ones mirror the eye into a direction, by solid angle.
-#[inline(always)]
-pub fn likely<L: Lanes>(s: L::Simd, n: V3<L>, dir: V3<L>, to_eye: V3<L>, width: L) -> L {
-    Half::new(s, dir, to_eye).likely(s, n, width)
+impl<L: Lanes> Lobes<L> {
+    /// How likely facets of the surface that are chosen mirror the eye into a direction, by solid angle.
+    #[inline(always)]
+    pub fn likely(&self, s: L::Simd, ns: V3<L>, dir: V3<L>, to_eye: V3<L>) -> L {
+        Half::new(s, dir, to_eye).likely(s, ns, dir, self.width, self.open[0])
+    }
+
+    /// The same of facets of the lacquer.
+    #[inline(always)]
+    pub fn likely_of_lacquer(&self, s: L::Simd, dir: V3<L>, to_eye: V3<L>) -> L {
+        Half::new(s, dir, to_eye).likely(s, self.coat_ns, dir, self.coat_width, self.open[1])
+    }
 }
 
 /// The vector halfway between two unit vectors, of any length.
@@ -300,14 +357,15 @@ impl<L: Lanes> Half<L> {
         cosine * square / (spread * spread * (hidden(s, cosine, square) * hidden(s, seen, square)))
     }
 
-    /// D G1(v) / (4 v.n).
+    /// D G1(v) G1(l) / (4 v.n open): among the facets that neither the eye nor the light is hidden from.
     #[inline(always)]
-    fn likely(&self, s: L::Simd, n: V3<L>, width: L) -> L {
+    fn likely(&self, s: L::Simd, n: V3<L>, to_light: V3<L>, width: L, open: L) -> L {
         let square = width * width;
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        square / (L::lit(s, 2.0 * PI) * spread * spread * hidden(s, seen, square))
+        let visible = square / (L::lit(s, 2.0 * PI) * spread * spread * hidden(s, seen, square));
+        visible * unhidden(s, n, to_light, width) / open
     }
 }
 
@@ -315,6 +373,20 @@ impl<L: Lanes> Half<L> {
 #[inline(always)]
 fn facing<L: Lanes>(s: L::Simd, n: V3<L>, to_eye: V3<L>) -> L {
     n.dot(to_eye).max(L::lit(s, EDGE_ON)).min(L::lit(s, 1.0))
+}
+
+/// The exact reflectance of a dielectric in empty space, given that at normal incidence.
+#[inline(always)]
+fn between<L: Lanes>(s: L::Simd, normal: L, cosine: L) -> L {
+    let one = L::lit(s, 1.0);
+    let root = normal.sqrt().min(L::lit(s, 0.9999));
+    let ior = (one + root) / (one - root);
+    let sine = (one - cosine * cosine).max(L::lit(s, 0.0));
+    let inside = (ior * ior - sine).max(L::lit(s, 0.0)).sqrt();
+    // Equal media reflect nothing; along them it would be 0/0.
+    let across = (cosine - inside) / (cosine + inside).max(L::lit(s, 1e-6));
+    let flat = (ior * ior * cosine - inside) / (ior * ior * cosine + inside).max(L::lit(s, 1e-6));
+    ((across * across + flat * flat) * L::lit(s, 0.5)).min(one)
 }
 
 /// Smith's shadowing of GGX in one direction, of which 1 / (hidden(l) hidden(v)) is the whole.

@@ -5,6 +5,7 @@
 
 use super::microfacet::{unhidden, visible_facet};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::math;
 use std::sync::OnceLock;
 
 /// Steps of the cosine between ray and normal, and of the roughness.
@@ -17,8 +18,8 @@ const FACETS: [u32; 2] = [16, 64];
 /// The cosine that stands for light along the surface, where no facet is seen.
 const ALONG: f64 = 1e-3;
 
-/// a and b by cosine, for one roughness.
-type Column = [[f64; 2]; COSINES + 1];
+/// a, b and the cosine of the facets by cosine, for one roughness.
+type Column = [[f64; 3]; COSINES + 1];
 
 /// The columns of those roughnesses that a surface has asked for.
 struct Table([OnceLock<Column>; ROUGHNESSES + 1]);
@@ -35,7 +36,7 @@ impl Table {
     }
 
     /// Bilinear.
-    fn at(&self, cosine: f64, roughness: f64) -> [f64; 2] {
+    fn at(&self, cosine: f64, roughness: f64) -> [f64; 3] {
         let place = |x: f64, steps: usize| {
             let x = x.clamp(0.0, 1.0) * steps as f64;
             let whole = (x.floor() as usize).min(steps - 1);
@@ -43,7 +44,7 @@ impl Table {
         };
         let ((i, across), (j, along)) = (place(cosine, COSINES), place(roughness, ROUGHNESSES));
         let (here, next) = (self.column(j), self.column(j + 1));
-        let mix = |a: [f64; 2], b: [f64; 2], part: f64| [0, 1].map(|k| a[k] * (1.0 - part) + b[k] * part);
+        let mix = |a: [f64; 3], b: [f64; 3], part: f64| [0, 1, 2].map(|k| a[k] * (1.0 - part) + b[k] * part);
         mix(mix(here[i], next[i], along), mix(here[i + 1], next[i + 1], along), across)
     }
 }
@@ -52,7 +53,7 @@ fn ratio(i: usize, of: usize) -> f64 {
     i as f64 / of as f64
 }
 
-fn integral(cosine: f64, roughness: f64) -> [f64; 2] {
+fn integral(cosine: f64, roughness: f64) -> [f64; 3] {
     let cosine = cosine.max(ALONG);
     let ns = V3 { x: 0.0, y: 0.0, z: 1.0 };
     let eye = V3 { x: (1.0 - cosine * cosine).max(0.0).sqrt(), y: 0.0, z: cosine };
@@ -71,18 +72,21 @@ fn integral(cosine: f64, roughness: f64) -> [f64; 2] {
             sums[1] += share * grazing;
         }
     }
-    sums.map(|sum| sum / f64::from(across * along))
+    let [a, b] = sums.map(|sum| sum / f64::from(across * along));
+    [a, b, 1.0 - math::pow(b / (a + b), 0.2)]
 }
 
-/// a and b for some lanes.
-pub(super) fn reflected_share<L: Lanes>(s: L::Simd, cosine: L, roughness: L, lanes: u32) -> [L; 2] {
+/// a and b for some lanes, and the cosine c of a facet that stands for all, for laws other than Schlick's: b/(a + b) = (1 - c)^5.
+pub(super) fn reflected_share<L: Lanes>(s: L::Simd, cosine: L, roughness: L, lanes: u32) -> [L; 3] {
     let table = Table::get();
-    let mut shares = [[L::Real::default(); MAX_LANES]; 2];
+    let mut shares = [[L::Real::default(); MAX_LANES]; 3];
     for lane in lanes_of(lanes) {
-        let [a, b] = table.at(cosine.lane(lane).to_f64(), roughness.lane(lane).to_f64());
-        (shares[0][lane], shares[1][lane]) = (L::Real::from_f64(a), L::Real::from_f64(b));
+        let of_lane = table.at(cosine.lane(lane).to_f64(), roughness.lane(lane).to_f64());
+        for (column, share) in shares.iter_mut().zip(of_lane) {
+            column[lane] = L::Real::from_f64(share);
+        }
     }
-    [L::load(s, &shares[0]), L::load(s, &shares[1])]
+    [L::load(s, &shares[0]), L::load(s, &shares[1]), L::load(s, &shares[2])]
 }
 
 #[cfg(test)]
@@ -119,7 +123,7 @@ mod tests {
     fn the_table_is_the_integral() {
         for (cosine, roughness) in [(1.0, 0.5), (0.9, 1.0), (0.5, 0.4), (0.3, 0.75), (0.7, 0.63), (0.15, 0.9)] {
             let expected = by_definition(cosine, roughness * roughness);
-            let [a, b] = reflected_share((), cosine, roughness, 1);
+            let [a, b, _] = reflected_share((), cosine, roughness, 1);
             let off = (a - expected[0]).abs().max((b - expected[1]).abs());
             assert!(off < 3e-3, "cos {cosine}, roughness {roughness}: {a} {b} instead of {expected:?}");
         }
@@ -127,11 +131,11 @@ mod tests {
 
     #[test]
     fn smooth_mirrors_follow_schlick_and_none_reflects_more_than_all() {
-        let [a, b] = reflected_share((), 0.5, 0.0, 1);
+        let [a, b, _] = reflected_share((), 0.5, 0.0, 1);
         assert!((a - (1.0 - 1.0 / 32.0)).abs() < 1e-9 && (b - 1.0 / 32.0).abs() < 1e-9, "{a} {b}");
         for i in 0..=100 {
             for j in 0..=100 {
-                let [a, b] = reflected_share((), f64::from(i) / 100.0, f64::from(j) / 100.0, 1);
+                let [a, b, _] = reflected_share((), f64::from(i) / 100.0, f64::from(j) / 100.0, 1);
                 assert!(a >= 0.0 && b >= 0.0 && a + b <= 1.0 + 1e-12, "{i} {j}: {a} {b}");
             }
         }

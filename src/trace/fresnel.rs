@@ -34,8 +34,33 @@ pub(super) fn conductors<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
     )
 }
 
-/// r_s and r_t at the angles at which the rays hit surfaces with normals `ns`; and, where `bend` says of which wavelength light is,
-/// the lanes whose varnish reflects each differently.
+/// What surfaces do at the angles at which rays hit them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AtAngles<L: Lanes> {
+    pub(super) r_s: V3<L>,
+    pub(super) r_t: V3<L>,
+    /// The lanes whose varnish reflects each wavelength differently.
+    pub(super) tinted: u32,
+    /// What dielectrics reflect alone.
+    pub(super) layer: L,
+}
+
+/// n1/n2 for rays that hit surfaces without a medium behind them: that of the medium in front and of the material.
+pub(super) fn into_varnish<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    media: &Media<L::Real>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+) -> L {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || around::<L>(s, rays.media, hits.found, 1.0, |list| media.ior(list)) / kinds(s, world, hits).ior,
+    )
+}
+
+/// Reflection and transmission at surfaces with normals `ns`; `bend` says of which wavelength the light is, if it matters.
 pub(super) fn at_angles<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
@@ -47,7 +72,7 @@ pub(super) fn at_angles<L: Lanes>(
     lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
-) -> ([V3<L>; 2], u32) {
+) -> AtAngles<L> {
     L::vectorize(
         s,
         #[inline(always)]
@@ -95,10 +120,10 @@ fn at_angles_in<L: Lanes>(
     lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
-) -> ([V3<L>; 2], u32) {
+) -> AtAngles<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let Kinds { dielectric, conductor, mut ior, dispersion } = kinds(s, world, hits);
-    let mut tinted = 0;
+    let (mut tinted, mut layer) = (0, zero);
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     // An interpolated normal may face away from the ray; the geometric one does not.
     let n = V3::select(rays.dir.dot(ns).lt(zero), ns, hits.ng);
@@ -121,6 +146,7 @@ fn at_angles_in<L: Lanes>(
         let mask = L::mask(s, dielectric);
         r_s = V3::select(mask, r_s * reflectance, r_s);
         r_t = V3::select(mask, r_t * (one - reflectance), r_t);
+        layer = L::select(mask, r_s.x.max(r_s.y).max(r_s.z), zero);
     }
     if let Some(lobes) = lobes {
         // Metal and lacquer mirror beside the dielectric, and inside of it whatever is its roughness.
@@ -152,7 +178,7 @@ fn at_angles_in<L: Lanes>(
         r_s = V3::select(mask, r_s + (white - r_s) * grazing, r_s);
         r_t = V3::select(mask, r_t * (one - grazing), r_t);
     }
-    ([r_s, r_t], tinted)
+    AtAngles { r_s, r_t, tinted, layer }
 }
 
 /// (1 - cos theta)^5.

@@ -375,9 +375,10 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         }
         let lobes = lobes.as_ref();
         illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
+        let traced = V::DETAILS && self.world.effects.has(Effect::GlobalIllumination);
+        let of_surface = self.cones.next;
         if V::DETAILS {
-            let traced = self.world.effects.has(Effect::GlobalIllumination);
-            if traced || (self.world.effects.has(Effect::ColorBleeding) && !rays.gathered) {
+            if !traced && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
                 scatter_diffuse(self, rays, hits, &coefficients, number);
             }
             if let Some(lobes) = lobes
@@ -386,7 +387,16 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 scatter_lacquer(self, rays, hits, lobes, number);
             }
         }
-        scatter(self, rays, hits, &coefficients, lobes, number);
+        let reflected = scatter(self, rays, hits, &coefficients, lobes, number);
+        if traced {
+            self.cones.next = of_surface;
+            if let Some(lobes) = lobes {
+                // What a sample's facet does not reflect gets below.
+                let below = lobes.below(s, reflected);
+                coefficients.diffuse = V3::select(L::mask(s, lobes.lanes), below, coefficients.diffuse);
+            }
+            scatter_diffuse(self, rays, hits, &coefficients, number);
+        }
     }
 
     /// The coefficients of what the rays have hit, without textures.

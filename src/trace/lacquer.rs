@@ -1,6 +1,7 @@
 //! The rays that lacquer reflects by itself: where light is traced, since it has facets of its own, and where its normal is not that
 //! of the surface below, which has another mirror ray.
 
+use super::facets::{CHOICES, again, threshold};
 use super::footprint::curvatures;
 use super::hits::Hits;
 use super::kernel::Tracer;
@@ -9,7 +10,7 @@ use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
-use crate::shading::lobes::{Lobes, likely};
+use crate::shading::lobes::Lobes;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::reflect;
 
@@ -32,7 +33,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             if coated == 0 {
                 return;
             }
-            let mut weight = rays.weight * lobes.lacquer;
+            let weight = rays.weight * lobes.lacquer;
             if rays.depth >= tracer.world.rules.max_depth {
                 tracer.record_omitted_rays(coated, weight, rays.depth + 1, false);
                 if O::WATCHING {
@@ -42,11 +43,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             }
             let (n, width, to_eye) = (lobes.coat_ns, lobes.lacquer_facets, -rays.dir);
             let rough = width.gt(zero);
-            let mut facet = n;
-            if rough.any() {
-                let square = tracer.sampler.square(s, rays.path, Choice::Lacquer);
-                facet = V3::select(rough, visible_facet(s, n, to_eye, width, square), n);
-            }
+            let facet = if rough.any() { facets(tracer, rays, hits, lobes, rough.bits() & coated) } else { n };
             let mut dir = reflect(s, rays.dir, facet);
             let of_surface = tracer.cones.next;
             let apart = lobes.apart & coated;
@@ -64,8 +61,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             let above = dir.dot(hits.ng).gt(zero) & (dir.dot(n).gt(zero) | even);
             let mut density = zero;
             if rough.any() {
-                weight = weight * L::select(rough, unhidden(s, n, dir, width), L::lit(s, 1.0));
-                density = L::select(rough, likely(s, n, dir, to_eye, width), zero);
+                density = L::select(rough, lobes.likely_of_lacquer(s, dir, to_eye), zero);
             }
             tracer.cones.chosen(density);
             tracer.push(RayPacket {
@@ -87,4 +83,33 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             tracer.cones.next = of_surface;
         },
     );
+}
+
+/// Facets of the lacquer in some lanes, of which none is hidden (`facets.rs`).
+#[inline(always)]
+fn facets<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    lobes: &Lobes<L>,
+    lanes: u32,
+) -> V3<L> {
+    let s = tracer.s;
+    let (n, width, zero) = (lobes.coat_ns, lobes.lacquer_facets, L::lit(s, 0.0));
+    let (mut all, mut left) = (n, lanes);
+    for choice in 0..CHOICES {
+        let square = tracer.sampler.square(s, again(rays.path, choice), Choice::Lacquer);
+        let facet = visible_facet(s, n, -rays.dir, width, square);
+        let out = reflect(s, rays.dir, facet);
+        let above = out.dot(hits.ng).gt(zero) & out.dot(n).gt(zero);
+        let open = L::select(above, unhidden(s, n, out, width), zero);
+        // Beside the one of the surface below.
+        let chosen = threshold::<L>(s, &tracer.sampler, !rays.path, choice).lt(open) & L::mask(s, left);
+        all = V3::select(chosen, facet, all);
+        left &= !chosen.bits();
+        if left == 0 {
+            break;
+        }
+    }
+    all
 }

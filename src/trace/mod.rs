@@ -10,6 +10,7 @@ pub mod counts;
 mod deferred;
 mod environment_light;
 pub mod eye_media;
+mod facets;
 mod first_hits;
 mod footprint;
 mod fresnel;

@@ -37,6 +37,8 @@ pub enum Choice {
     Surroundings,
     /// A point of what glows.
     Emitter,
+    /// Whether a facet counts from which others hide the light.
+    Hidden,
 }
 
 impl Choice {
@@ -52,6 +54,7 @@ impl Choice {
             Self::Lacquer => u32::MAX,
             Self::Surroundings => u32::MAX - 1,
             Self::Emitter => u32::MAX - 2,
+            Self::Hidden => u32::MAX - 3,
         }
     }
 }

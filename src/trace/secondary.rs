@@ -1,7 +1,8 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
+use super::facets::{Facets, facets};
 use super::footprint::curvatures;
-use super::fresnel::{Bent, at_angles, conductors};
+use super::fresnel::{AtAngles, Bent, at_angles, conductors, into_varnish};
 use super::hits::Hits;
 use super::interface::{Interface, interface};
 use super::kernel::{Tracer, first, stage};
@@ -11,13 +12,14 @@ use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
-use crate::shading::lobes::{Lobes, likely};
+use crate::shading::lobes::Lobes;
 use crate::shading::material::Coefficients;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 use crate::trace::variants::Variant;
 
-/// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first.
+/// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first. The share that the
+/// dielectric of lobes has reflected comes back: 0 where that is not known.
 #[inline(always)]
 pub(super) fn scatter<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
@@ -26,12 +28,12 @@ pub(super) fn scatter<L: Lanes, O: Observer<L>, V: Variant>(
     coefficients: &Coefficients<L>,
     lobes: Option<&Lobes<L>>,
     number: u32,
-) {
+) -> L {
     stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
         || scatter_in(tracer, rays, hits, coefficients, lobes, number),
-    );
+    )
 }
 
 #[inline(always)]
@@ -42,14 +44,14 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     coefficients: &Coefficients<L>,
     lobes: Option<&Lobes<L>>,
     number: u32,
-) {
-    if !V::SECONDARY {
-        return;
-    }
+) -> L {
     let s = tracer.s;
+    let zero = L::lit(s, 0.0);
+    if !V::SECONDARY {
+        return zero;
+    }
     let tilted = if V::DETAILS { tracer.cones.tilted } else { 0 };
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
-    let zero = L::lit(s, 0.0);
     let mut mirror = r_s.x.max(r_s.y).max(r_s.z).gt(zero).bits() & hits.found;
     let by_angle = V::DETAILS && tracer.world.angular;
     if by_angle {
@@ -60,7 +62,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let mut clear = hits.transmissive & hits.found;
     if mirror | clear == 0 {
-        return;
+        return zero;
     }
     if !tracer.world.transmits {
         // What bodies transmit was taken out of the scene.
@@ -80,12 +82,18 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         if O::WATCHING {
             if by_angle {
-                let crossing = if clear != 0 { Some(cross(tracer, rays, hits, hits.ns, clear, 0)) } else { None };
-                ([r_s, r_t], _) = angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
+                let crossing = if clear != 0 {
+                    let between = between(tracer, rays, hits, clear);
+                    Some(cross(tracer, rays, hits, hits.ns, clear, 0, between))
+                } else {
+                    None
+                };
+                AtAngles { r_s, r_t, .. } =
+                    angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
             }
             report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
         }
-        return;
+        return zero;
     }
 
     let rough = if V::DETAILS && tracer.world.effects.has(Effect::Gloss) {
@@ -93,18 +101,39 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     } else {
         0
     };
+    let between = if clear != 0 { Some(between(tracer, rays, hits, clear)) } else { None };
     let mut ns = hits.ns;
+    // Facets of lobes lose no light.
+    let mut lossless = 0;
+    let mut kept = [zero; 2];
     if rough != 0 {
         let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
         let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
         ns = V3::select(L::mask(s, rough), facet, ns);
+        if let Some(lobes) = lobes
+            && rough & lobes.lanes != 0
+        {
+            lossless = rough & lobes.lanes;
+            let eta = match &between {
+                Some(between) if clear & lossless != 0 => {
+                    let sheets = into_varnish(s, tracer.world, &tracer.media, rays, hits);
+                    L::select(L::mask(s, hits.closed), between.n1 / between.n2, sheets)
+                }
+                _ => L::lit(s, 1.0),
+            };
+            let Facets { normal, reflected, passed } = facets(tracer, rays, hits, lobes, lossless, clear, eta);
+            (ns, kept) = (V3::select(L::mask(s, lossless), normal, ns), [reflected, passed]);
+        }
     }
     let curvature = if V::DETAILS && tracer.world.has_footprints() {
         curvatures(s, tracer.world, hits, mirror | clear)
     } else {
         zero
     };
-    let mut crossing = if clear != 0 { Some(cross(tracer, rays, hits, ns, clear, rough)) } else { None };
+    let mut crossing = match between {
+        Some(between) => Some(cross(tracer, rays, hits, ns, clear, rough, between)),
+        None => None,
+    };
     let sheets = lobes.map_or(0, |lobes| rough & clear & lobes.lanes & !hits.closed);
     if sheets != 0
         && let Some(crossing) = &mut crossing
@@ -114,9 +143,10 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         let through = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
         crossing.dir = V3::select(L::mask(s, sheets), through, crossing.dir);
     }
-    let mut tinted = 0;
+    let (mut tinted, mut layer) = (0, zero);
     if by_angle {
-        ([r_s, r_t], tinted) = angular(tracer, rays, hits, ns, coefficients, lobes, crossing.as_ref(), clear);
+        AtAngles { r_s, r_t, tinted, layer } =
+            angular(tracer, rays, hits, ns, coefficients, lobes, crossing.as_ref(), clear);
         tinted &= !rays.dispersed;
         if tinted != 0 {
             let mask = L::mask(s, tinted);
@@ -154,7 +184,8 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             // Facets of an invisible surface hide nothing.
             let facets = rough & !crossing.unseen;
             active &= crossing.dir.dot(hits.ng).lt(zero).bits() | !facets;
-            let weight = transmitted_weight * unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
+            let open = unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
+            let weight = transmitted_weight * L::select(L::mask(s, lossless), kept[1], open);
             transmitted_weight = V3::select(L::mask(s, facets), weight, transmitted_weight);
         }
         // Invisible surfaces leave a ray's origin as it is, so that what lies behind is hit at the same bits.
@@ -188,10 +219,11 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         let mut dir = reflect(s, rays.dir, ns);
         let mut active = reflecting;
         if rough != 0 {
-            // Light that facets reflect below the surface is lost.
+            // Light that facets reflect below the surface is lost, but for those of lobes.
             let above = dir.dot(hits.ng).gt(zero).bits() & dir.dot(hits.ns).gt(zero).bits();
             active &= above | !rough;
-            let weight = reflected_weight * unhidden(s, hits.ns, dir, coefficients.alpha);
+            let open = unhidden(s, hits.ns, dir, coefficients.alpha);
+            let weight = reflected_weight * L::select(L::mask(s, lossless), kept[0], open);
             reflected_weight = V3::select(L::mask(s, rough), weight, reflected_weight);
         }
         if (hits.smooth | tilted) & !rough != 0 {
@@ -204,7 +236,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             if rough != 0
                 && let Some(lobes) = lobes
             {
-                let density = likely(s, hits.ns, dir, -rays.dir, coefficients.alpha);
+                let density = lobes.likely(s, hits.ns, dir, -rays.dir);
                 tracer.cones.chosen(L::select(L::mask(s, rough & lobes.lanes), density, zero));
             }
         }
@@ -232,6 +264,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         tracer.push(transmitted);
     }
+    layer
 }
 
 /// r_s and r_t where they depend on the angle of incidence, and the lanes where they do on the wavelength, too.
@@ -245,7 +278,7 @@ fn angular<L: Lanes, O: Observer<L>, V: Variant>(
     lobes: Option<&Lobes<L>>,
     crossing: Option<&Crossing<L>>,
     clear: u32,
-) -> ([V3<L>; 2], u32) {
+) -> AtAngles<L> {
     let bent = match crossing {
         Some(Crossing { n1, n2, refraction, .. }) => {
             Some(Bent { lanes: clear & hits.closed, eta: *n1 / *n2, refraction })
@@ -305,22 +338,33 @@ fn upright<L: Lanes>(s: L::Simd, ns: V3<L>, ng: V3<L>) -> V3<L> {
     V3::select(along.lt(cos), turned, ns)
 }
 
+/// The media on both sides of a surface, for the light of the samples.
+#[inline(always)]
+fn between<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    clear: u32,
+) -> Interface<L> {
+    let mut between = interface(tracer.s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
+    if V::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
+        between.n1 = between.n1 + between.dispersion[0] * tracer.wavelengths.bend;
+        between.n2 = between.n2 + between.dispersion[1] * tracer.wavelengths.bend;
+    }
+    between
+}
+
 #[inline(always)]
 fn cross<L: Lanes, O: Observer<L>, V: Variant>(
-    tracer: &mut Tracer<'_, L, O, V>,
+    tracer: &Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     mut ns: V3<L>,
     clear: u32,
     rough: u32,
+    Interface { n1, n2, dispersion, behind }: Interface<L>,
 ) -> Crossing<L> {
     let s = tracer.s;
-    let Interface { mut n1, mut n2, dispersion, behind } =
-        interface(s, tracer.world, &mut tracer.media, hits, rays.media, clear & hits.closed);
-    if V::DETAILS && tracer.world.effects.has(Effect::Dispersion) {
-        n1 = n1 + dispersion[0] * tracer.wavelengths.bend;
-        n2 = n2 + dispersion[1] * tracer.wavelengths.bend;
-    }
     let eta = n1 / n2;
     let tilted = if V::DETAILS { tracer.cones.tilted } else { 0 };
     let curved = hits.smooth & !tilted & !rough & clear;

@@ -3,14 +3,12 @@
 
 use super::render::RenderSpec;
 use crate::service::error::Error;
+use crate::service::limits::TILE;
 use std::fmt::{Display, Write};
 use strahl::camera::Window;
 use strahl::film::{Adjustment, FileFormat, Region, Tone};
 use strahl::render::Layers;
 use strahl::scene::Scene;
-
-/// Edge of a tile in pixels.
-pub(crate) const TILE: u32 = 512;
 
 /// A grid of pixels over an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

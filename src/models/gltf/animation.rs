@@ -83,8 +83,10 @@ impl<'a> Frames<'a> {
             let detail = format!("times do not rise after element {at}");
             return Err(Fault::new(format!("/accessors/{}", sampler.input), Kind::OutOfRange, detail));
         }
-        // Before the first frame and after the last one nothing moves.
-        let after = times.iter().position(|[time]| *time > seconds).unwrap_or(times.len());
+        // Before the first frame and after the last one nothing moves. A time that is that of a frame but for the rounding of
+        // the file, which has single precision, is that frame's: else what is switched is switched one picture late.
+        let reached = f64::from(seconds as f32).max(seconds);
+        let after = times.iter().position(|[time]| *time > reached).unwrap_or(times.len());
         let before = after.saturating_sub(1);
         let (start, end) = (times[before][0], times.get(before + 1).map_or(times[before][0], |[time]| *time));
         let length = end - start;

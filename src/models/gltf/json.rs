@@ -163,12 +163,15 @@ pub(super) struct Camera {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub(super) struct Perspective {
     pub(super) yfov: f64,
+    pub(super) aspect_ratio: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Orthographic {
+    pub(super) xmag: Option<f64>,
     pub(super) ymag: f64,
 }
 

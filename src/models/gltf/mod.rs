@@ -330,12 +330,16 @@ impl Builder<'_> {
 
     fn camera(&mut self, index: usize, placed: DMat4) {
         let camera = &self.document.cameras[index];
-        let projection = match (&camera.perspective, &camera.orthographic) {
-            (Some(perspective), _) => Projection::Perspective { vertical: perspective.yfov },
-            (None, Some(orthographic)) => Projection::Orthographic { height: 2.0 * orthographic.ymag.abs() },
+        let (projection, aspect) = match (&camera.perspective, &camera.orthographic) {
+            (Some(camera), _) => (Projection::Perspective { vertical: camera.yfov }, camera.aspect_ratio),
+            (None, Some(camera)) => {
+                let aspect = camera.xmag.map(|wide| (wide / camera.ymag).abs());
+                (Projection::Orthographic { height: 2.0 * camera.ymag.abs() }, aspect)
+            }
             (None, None) => return,
         };
-        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(kept), placed, projection });
+        let aspect = aspect.filter(|aspect| *aspect > 0.0 && aspect.is_finite());
+        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(kept), placed, projection, aspect });
     }
 
     fn lamp(&mut self, index: usize, placed: DMat4) {

@@ -159,7 +159,8 @@ fn around<R: Real>(world: &World<R>) -> Rgb {
     world.surroundings.as_ref().map_or(Rgb::ZERO, |surroundings| Rgb::from_array(surroundings.most()))
 }
 
-/// The most that light is which is looked for: no sample of it is more than the brightest of it on a lobe's whole share.
+/// The most that light is which is looked for, on one lobe: no sample of it is more than the brightest of it on the lobe's whole
+/// share.
 fn looked_for<R: Real>(world: &World<R>) -> Rgb {
     let bright = world.bright_directions.as_ref().map_or(Rgb::ZERO, |bright| Rgb::from_array(bright.most()));
     bright + world.emitters.as_ref().map_or(Rgb::ZERO, |emitters| Rgb::from_array(emitters.most()))
@@ -173,12 +174,16 @@ fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
     let name = description.materials.get_index(m).map(|(name, _)| name);
     let mut adds = wide(material.emission);
     if material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit) {
-        adds += wide(world.ambient) + around(world) + looked_for(world);
+        // A sample of it may be where the surface and what is below it both reflect most. Lacquer leaves to them what it does not.
+        adds += wide(world.ambient) + around(world) + looked_for(world) * 2.0;
         for (light, strength) in world.lights.iter().zip(irradiance) {
             adds += wide(light.color) * strength[m] * BRIGHTEST;
         }
     }
     let sends = if material.mirrors() || material.transmits() { Rgb::ONE } else { Rgb::ZERO };
+    // A facet whose color is brighter than its index of refraction lets what is below have its mean share.
+    let is_bright = material.pbr.as_ref().is_some_and(|pbr| pbr.specular_color.factor.iter().any(|c| *c > 1.0));
+    let sends = if is_bright && world.rules.traces_light() { sends * 2.0 } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 

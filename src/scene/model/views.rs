@@ -52,7 +52,7 @@ impl Views {
         overrides: &Overrides,
     ) -> Result<Seen, Problems> {
         let options = &overrides.model;
-        let image = ImageSize { width: overrides.width.unwrap_or(SIDE), height: overrides.height.unwrap_or(SIDE) };
+        let image = self.size(overrides);
         let shown = overrides.size(image);
         let aspect = f64::from(shown.width.max(1)) / f64::from(shown.height.max(1));
         let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions);
@@ -85,6 +85,21 @@ impl Views {
             has_floor: self.bounds.is_some() && lit_by.is_studio && is_above,
             warnings: warnings.chain(of_fast).take(IMPORT_WARNINGS.max as usize).collect(),
         })
+    }
+
+    /// Pixels across and down: what is not asked for follows the shape of the file's camera, if one of them is used.
+    fn size(&self, overrides: &Overrides) -> ImageSize {
+        let camera = overrides.model.camera.and_then(|index| self.cameras.get(index as usize));
+        // A strip is no picture.
+        let aspect = camera.and_then(|camera| camera.aspect).unwrap_or(1.0).clamp(1.0 / 16.0, 16.0);
+        let scaled = |side: u32, by: f64| (f64::from(side) * by).round().max(1.0) as u32;
+        let (width, height) = match (overrides.width, overrides.height) {
+            (None, None) => (scaled(SIDE, aspect.min(1.0)), scaled(SIDE, (1.0 / aspect).min(1.0))),
+            (Some(width), None) if aspect != 1.0 => (width, scaled(width, 1.0 / aspect)),
+            (None, Some(height)) if aspect != 1.0 => (scaled(height, aspect), height),
+            (width, height) => (width.unwrap_or(SIDE), height.unwrap_or(SIDE)),
+        };
+        ImageSize { width, height }
     }
 
     /// The camera that is asked for, or one that sees all of the model.

@@ -49,8 +49,11 @@ impl Plain {
     }
 
     /// pi times the BRDF times the cosine of the light, on the plane z = 0. Where facets reflect `share` of white light without
-    /// absorbing any, they pass the rest on to each other, and F0 of it gets on (Fdez-Agüera 2019).
-    fn reflected(&self, light: V, view: V, share: f64) -> V {
+    /// absorbing any, they pass the rest on to each other, and F0 of it gets on (Fdez-Agüera 2019). Those of lacquer reflect
+    /// `share_of_coat`, and all of the rest gets on.
+    fn reflected(&self, light: V, view: V) -> V {
+        let share = share_of(self.roughness, view);
+        let share_of_coat = if self.coat[0] > 0.0 { share_of(self.coat[1], view) } else { 1.0 };
         let half = unit([light[0] + view[0], light[1] + view[1], light[2] + view[2]]);
         let grazing = (1.0 - dot(view, half)).powi(5);
         let specular = ggx(self.roughness, light[2], view[2], half[2]);
@@ -62,12 +65,11 @@ impl Plain {
         let lacquer = ggx(self.coat[1], light[2], view[2], half[2]);
         std::array::from_fn(|c| {
             let base = self.base[c];
-            let normal = f0[c] * (1.0 - self.metallic) + base * self.metallic;
-            let specular = specular * (1.0 + normal * (1.0 / share - 1.0));
-            let dielectric = base / PI * (1.0 - most) + specular * fresnel[c];
-            let metal = specular * (base + (1.0 - base) * grazing);
+            let more = |f0: f64| 1.0 + f0 * (1.0 / share - 1.0);
+            let dielectric = base / PI * (1.0 - most) + specular * more(f0[c]) * fresnel[c];
+            let metal = specular * more(base) * (base + (1.0 - base) * grazing);
             let below = dielectric * (1.0 - self.metallic) + metal * self.metallic;
-            PI * light[2] * (below * (1.0 - coat) + lacquer * coat)
+            PI * light[2] * (below * (1.0 - coat) + lacquer / share_of_coat * coat)
         })
     }
 }
@@ -144,7 +146,7 @@ fn lights_are_reflected_as_the_formulas_say() {
         {
             let (view, light) = (direction(degrees, 0.0), direction(light, around));
             let scene = onto(view, light, json!({ "it": material.json() }), json!([quad(0.0, "it")]));
-            let reflected = material.reflected(light, view, share_of(material.roughness, view));
+            let reflected = material.reflected(light, view);
             let expected = [reflected[0], reflected[1] * 0.5, reflected[2] * 2.0];
             shows(&scene, expected, 1e-5, &format!("material {i} from {degrees}"));
         }
@@ -159,12 +161,12 @@ fn narrow_highlights_lose_no_digits() {
     for off in [0.0, 0.2, 0.6, 1.5] {
         let light = direction(30.0 + off, 180.0);
         let scene = onto(view, light, json!({ "it": material.json() }), json!([quad(0.0, "it")]));
-        let reflected = material.reflected(light, view, share_of(0.1, view));
+        let reflected = material.reflected(light, view);
         shows(&scene, [reflected[0], reflected[1] * 0.5, reflected[2] * 2.0], 2e-3, &format!("{off} degrees off"));
     }
 }
 
-/// White furnace: light of 1 from everywhere leaves a white surface without lacquer as it came, and is never more.
+/// White furnace: light of 1 from everywhere leaves a white surface as it came, and is never more.
 #[test]
 fn white_surfaces_neither_lose_nor_make_light() {
     for (metallic, roughness, coat) in
@@ -182,8 +184,7 @@ fn white_surfaces_neither_lose_nor_make_light() {
             for precision in ["single", "double"] {
                 let [red, ..] = pixels(scene.clone(), precision)[0];
                 assert!(red <= 1.0 + 1e-6, "{metallic} {roughness} {coat} at {degrees}: {red}");
-                let keeps_all = coat == 0.0;
-                assert!(red > if keeps_all { 1.0 - 1e-6 } else { 0.55 }, "{metallic} {roughness} {coat}: {red}");
+                assert!(red > 1.0 - 1e-6, "{metallic} {roughness} {coat} at {degrees}: {red}");
             }
         }
     }

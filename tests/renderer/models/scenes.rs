@@ -2,7 +2,8 @@
 
 use super::files::format_of;
 use crate::common::read as file;
-use serde_json::json;
+use data_encoding::BASE64;
+use serde_json::{Value, json};
 use std::collections::HashMap;
 use strahl::models::ModelFormat;
 use strahl::scene::description::Object;
@@ -139,5 +140,76 @@ fn parts_and_files_are_found_by_paths_as_windows_writes_them() {
         ["..\\mats\\red.mtl", "/mats/red.mtl", "\\mats\\red.mtl", "C:\\mats\\red.mtl", "mats\\..\\mats\\red.mtl"]
     {
         assert_eq!(warnings(outside, "mats/red.mtl"), [true; 2], "{outside}");
+    }
+}
+
+/// A triangle that stands at x = k from k/24 s on.
+fn stepping(frames: u16) -> Vec<u8> {
+    let mut bytes: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend((0..frames).flat_map(|k| (f32::from(k) / 24.0).to_le_bytes()));
+    bytes.extend((0..frames).flat_map(|k| [f32::from(k), 0.0, 0.0]).flat_map(f32::to_le_bytes));
+    let uri = format!("data:application/octet-stream;base64,{}", BASE64.encode(&bytes));
+    let view = |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let frames = usize::from(frames);
+    json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "buffers": [{ "uri": uri, "byteLength": bytes.len() }],
+        "bufferViews": [view(0, 36), view(36, 4 * frames), view(36 + 4 * frames, 12 * frames)],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] },
+            { "bufferView": 1, "componentType": 5126, "count": frames, "type": "SCALAR", "min": [0], "max": [frames] },
+            { "bufferView": 2, "componentType": 5126, "count": frames, "type": "VEC3" }
+        ],
+        "animations": [{
+            "samplers": [{ "input": 1, "output": 2, "interpolation": "STEP" }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }]
+        }]
+    })
+    .to_string()
+    .into_bytes()
+}
+
+/// Times of key frames are in single precision, those of pictures in double.
+#[test]
+fn a_picture_at_a_key_frame_shows_it() {
+    let file = stepping(25);
+    for k in 0..25 {
+        let model = ModelOptions { t: Some(f64::from(k) / 24.0), ..ModelOptions::default() };
+        let overrides = Overrides { model, ..Overrides::default() };
+        let objects = import(ModelFormat::Gltf, &file, &overrides, &NoFiles).unwrap().description.objects;
+        let Object::Mesh(mesh) = &objects[0] else { panic!("a triangle is a mesh") };
+        assert_eq!(mesh.vertices[0][0], f64::from(k), "frame {k}");
+    }
+}
+
+/// The picture of a file's camera has its shape, unless its size is asked for.
+#[test]
+fn pictures_have_the_shape_of_their_camera() {
+    for (camera, shape) in [
+        (json!({ "type": "perspective", "perspective": { "yfov": 0.8, "znear": 0.1, "aspectRatio": 4 } }), [512, 128]),
+        (json!({ "type": "perspective", "perspective": { "yfov": 0.8, "znear": 0.1 } }), [512, 512]),
+        (
+            json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 2, "znear": 0.1, "zfar": 9 } }),
+            [256, 512],
+        ),
+    ] {
+        let mut file: Value = serde_json::from_slice(&stepping(1)).unwrap();
+        file["cameras"] = json!([camera]);
+        file["nodes"] = json!([{ "mesh": 0 }, { "camera": 0, "translation": [0, 0, 5] }]);
+        file["scenes"][0]["nodes"] = json!([0, 1]);
+        let size = |width: Option<u32>, height: Option<u32>| {
+            let model = ModelOptions { camera: Some(0), ..ModelOptions::default() };
+            let overrides = Overrides { model, width, height, ..Overrides::default() };
+            let image =
+                import(ModelFormat::Gltf, file.to_string().as_bytes(), &overrides, &NoFiles).unwrap().description.image;
+            [image.width, image.height]
+        };
+        assert_eq!(size(None, None), shape, "{camera}");
+        let [wide, tall] = shape;
+        assert_eq!(size(Some(2 * wide), None), [2 * wide, if wide == tall { 512 } else { 2 * tall }], "{camera}");
+        assert_eq!(size(Some(300), Some(200)), [300, 200], "{camera}");
     }
 }

@@ -65,6 +65,29 @@ fn dzi_tiles_are_crops_of_their_level() {
     }
 }
 
+/// Tiles of 512 x 512 pixels would be more samples than an answer may have.
+#[test]
+fn tiles_with_many_samples_are_smaller_ones() {
+    let service = Service::start(&["--max-samples-total", "1000000"]);
+    let id = open(&service, "/v1/scenes?samples=16&width=300&height=200");
+    let info = service.get(&format!("/iiif/3/{id}/info.json")).json();
+    assert_eq!(info["tiles"][0]["width"], 128, "{info}");
+    for factor in info["tiles"][0]["scaleFactors"].as_array().unwrap() {
+        let edge = 128 * factor.as_u64().unwrap();
+        let (wide, tall) = (edge.min(300), edge.min(200));
+        let [width, height] = [wide, tall].map(|side| side.div_ceil(factor.as_u64().unwrap()));
+        let tile = picture(&service, &format!("/iiif/3/{id}/0,0,{wide},{tall}/{width},{height}/0/default.png"));
+        assert_eq!((u64::from(tile.width()), u64::from(tile.height())), (width, height));
+    }
+    assert!(service.get(&format!("/dzi/{id}.dzi")).text().contains(r#"TileSize="128""#));
+    let last = picture(&service, &format!("/dzi/{id}_files/9/2_1.png"));
+    assert_eq!(last.dimensions(), (300 - 256, 200 - 128));
+    let about = service.get(&format!("/xyz/{id}.json")).json();
+    assert_eq!((&about["tileSize"], &about["nativezoom"]), (&128.into(), &2.into()));
+    assert_eq!(picture(&service, &format!("/xyz/{id}/2/2/1.png")).dimensions(), (128, 128));
+    service.get(&format!("/xyz/{id}/2/3/0.png")).problem(404, "not-found");
+}
+
 #[test]
 fn xyz_tiles_are_whole_and_deeper_zooms_show_more() {
     let service = Service::start(&[]);

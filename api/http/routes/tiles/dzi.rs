@@ -4,7 +4,7 @@ use super::grid::{id_of, last_level, no_tile, tile, tile_name, tile_of};
 use crate::http::auth::client::Client;
 use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, open, tile_permit};
-use crate::service::pictures::spec::{Grid, TILE};
+use crate::service::pictures::spec::Grid;
 use axum::http::request::Parts;
 
 pub(super) fn routes() -> Vec<Route> {
@@ -45,11 +45,12 @@ fn format(query: &mut Query) -> &'static str {
 async fn description(State(app): State<App>, Path(file): Path<String>, parts: Parts) -> Result<Response, Problem> {
     let id = id_of(&file, ".dzi")?;
     let format = Query::read(&parts.uri, format)?;
-    let [width, height] = open(&app, &Tenant::of(&parts.extensions), id).await?.size;
+    let opened = open(&app, &Tenant::of(&parts.extensions), id).await?;
+    let ([width, height], edge) = (opened.size, app.service.settings.answers.tile_edge(&opened.ready.scene));
     let xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <Image xmlns=\"http://schemas.microsoft.com/deepzoom/2008\" Format=\"{format}\" Overlap=\"0\" \
-         TileSize=\"{TILE}\"><Size Width=\"{width}\" Height=\"{height}\"/></Image>\n"
+         TileSize=\"{edge}\"><Size Width=\"{width}\" Height=\"{height}\"/></Image>\n"
     );
     Ok(everywhere(&app, ([(header::CONTENT_TYPE, "application/xml")], xml)))
 }
@@ -67,6 +68,7 @@ async fn dzi_tile(
     let _permit = tile_permit(&app, Client::of(&parts.extensions))?;
     let opened = open(&app, &tenant, id).await?;
     let down = last_level(opened.size, 1).checked_sub(level).ok_or_else(missing)?;
-    let region = tile_of(opened.size, down, column, row).ok_or_else(missing)?;
+    let edge = app.service.settings.answers.tile_edge(&opened.ready.scene);
+    let region = tile_of(opened.size, down as i32, edge, column, row).ok_or_else(missing)?;
     image::tile(&app, &tenant, &parts, opened.image, tile(Grid::Level(down as i32), region, format)).await
 }

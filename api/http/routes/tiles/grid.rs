@@ -1,7 +1,7 @@
 //! Levels and tiles of an image, and their names in paths.
 
 use crate::http::problem::{Kind, Problem};
-use crate::service::pictures::spec::{Grid, PictureSpec, TILE};
+use crate::service::pictures::spec::{Grid, PictureSpec};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, PictureFormat, Region};
 
@@ -10,11 +10,11 @@ pub(super) fn last_level([width, height]: [u32; 2], edge: u32) -> u32 {
     width.max(height).div_ceil(edge).next_power_of_two().ilog2()
 }
 
-/// The region of a tile of a level, clipped to the image. None if there is no such tile.
-pub(super) fn tile_of(size: [u32; 2], level: u32, column: u32, row: u32) -> Option<Region> {
-    let Window { width, height, .. } = Window::level(size[0], size[1], level as i32)?;
-    let (x, y) = (column.checked_mul(TILE)?, row.checked_mul(TILE)?);
-    (x < width && y < height).then(|| Region { x, y, width: TILE.min(width - x), height: TILE.min(height - y) })
+/// The region of a tile of `edge` pixels of a level, clipped to the image. None if there is no such tile.
+pub(super) fn tile_of(size: [u32; 2], level: i32, edge: u32, column: u32, row: u32) -> Option<Region> {
+    let Window { width, height, .. } = Window::level(size[0], size[1], level)?;
+    let (x, y) = (column.checked_mul(edge)?, row.checked_mul(edge)?);
+    (x < width && y < height).then(|| Region { x, y, width: edge.min(width - x), height: edge.min(height - y) })
 }
 
 /// What to render for a tile.
@@ -54,17 +54,17 @@ mod tests {
         assert_eq!(last_level([1_000, 600], 1), 10);
         assert_eq!(last_level([1_024, 600], 1), 10);
         assert_eq!(last_level([1_025, 600], 1), 11);
-        assert_eq!(last_level([512, 512], TILE), 0);
-        assert_eq!(last_level([513, 512], TILE), 1);
-        assert_eq!(last_level([1_000, 3_000], TILE), 3);
+        assert_eq!(last_level([512, 512], 512), 0);
+        assert_eq!(last_level([513, 512], 512), 1);
+        assert_eq!(last_level([1_000, 3_000], 512), 3);
     }
 
     #[test]
     fn tiles_end_with_the_image() {
-        assert_eq!(tile_of([1_000, 600], 0, 1, 1), Some(Region { x: 512, y: 512, width: 488, height: 88 }));
-        assert_eq!(tile_of([1_000, 600], 1, 0, 0), Some(Region { x: 0, y: 0, width: 500, height: 300 }));
-        assert_eq!(tile_of([1_000, 600], 0, 2, 0), None);
-        assert_eq!(tile_of([1_000, 600], 0, u32::MAX, 0), None);
+        assert_eq!(tile_of([1_000, 600], 0, 512, 1, 1), Some(Region { x: 512, y: 512, width: 488, height: 88 }));
+        assert_eq!(tile_of([1_000, 600], 1, 512, 0, 0), Some(Region { x: 0, y: 0, width: 500, height: 300 }));
+        assert_eq!(tile_of([1_000, 600], 0, 512, 2, 0), None);
+        assert_eq!(tile_of([1_000, 600], 0, 512, u32::MAX, 0), None);
         assert_eq!(tile_name("3_14.png", '_'), Some((3, 14, FileFormat::Png8)));
         for wrong in ["3_14.exr", "3.png", "3_-1.png", "3_1", "_.png"] {
             assert_eq!(tile_name(wrong, '_'), None, "{wrong}");

@@ -8,7 +8,6 @@ use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, image_id, open, tile_permit};
 use crate::http::respond::put;
 use crate::http::state::AppState;
-use crate::service::pictures::spec::TILE;
 use crate::service::requests::scenes::OpenedImage;
 use axum::http::request::Parts;
 use strahl::camera::Window;
@@ -137,8 +136,9 @@ struct InfoTile {
 
 async fn info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> Result<Response, Problem> {
     let opened = open(&app, &Tenant::of(&parts.extensions), &id).await?;
-    let max_area = app.service.settings.answers.max_area(&opened.ready.scene);
-    let mut response = everywhere(&app, Json(ImageInfo::of(address(&app, &parts, &id), &opened, max_area)));
+    let (answers, scene) = (&app.service.settings.answers, &opened.ready.scene);
+    let info = ImageInfo::of(address(&app, &parts, &id), &opened, answers.max_area(scene), answers.tile_edge(scene));
+    let mut response = everywhere(&app, Json(info));
     if wants_linked_data(&parts.headers) {
         put(response.headers_mut(), header::CONTENT_TYPE, &format!("application/ld+json;profile=\"{CONTEXT}\""));
     }
@@ -153,9 +153,9 @@ fn wants_linked_data(headers: &HeaderMap) -> bool {
 }
 
 impl ImageInfo {
-    fn of(id: String, opened: &OpenedImage, max_area: u64) -> Self {
+    fn of(id: String, opened: &OpenedImage, max_area: u64, edge: u32) -> Self {
         let [width, height] = opened.size;
-        let levels = 0..=last_level(opened.size, TILE);
+        let levels = 0..=last_level(opened.size, edge);
         let sizes = levels.clone().rev().filter_map(|level| {
             let Window { width, height, .. } = Window::level(width, height, level as i32)?;
             let fits = u64::from(width) * u64::from(height) <= max_area;
@@ -172,7 +172,7 @@ impl ImageInfo {
             height,
             max_area,
             sizes: sizes.collect(),
-            tiles: vec![InfoTile { r#type: "Tile", width: TILE, height: TILE, scale_factors }],
+            tiles: vec![InfoTile { r#type: "Tile", width: edge, height: edge, scale_factors }],
             preferred_formats: &["webp", "png", "jpg"],
             extra_formats: &["webp"],
             extra_qualities: &["color", "gray", "bitonal"],

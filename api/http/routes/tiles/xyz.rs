@@ -3,18 +3,18 @@
 //! Zoom 0 is a single tile, and zooms beyond the image's own size show more detail. Viewers of maps expect whole tiles, so those
 //! along the edges extend beyond the image.
 
-use super::grid::{id_of, last_level, no_tile, tile, tile_format};
+use super::grid::{id_of, last_level, no_tile, tile, tile_format, tile_of};
 use crate::http::auth::client::Client;
 use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, open, tile_permit};
-use crate::service::pictures::spec::{Grid, TILE, size_of};
+use crate::service::pictures::spec::{Grid, size_of};
 use crate::service::scenes::ids::MAX_ZOOM;
 use axum::http::request::Parts;
 use strahl::film::Region;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "The size of an image and where its tiles are: TileJSON, with pixels for coordinates.";
-    let about_tile = "A tile of 512 x 512 pixels. At zoom z the image is 2^z tiles wide or high, whichever is longer.";
+    let about_tile = "A tile, of 512 x 512 pixels unless its description says less. At zoom z the image is 2^z tiles wide or high, whichever is longer.";
     vec![
         Route::get("/xyz/{image}", description, ["xyz", "tiles", about])
             .needs(Scope::Read)
@@ -58,7 +58,8 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
     let id = id_of(&file, ".json")?;
     let opened = open(&app, &Tenant::of(&parts.extensions), id).await?;
     let [width, height] = opened.size;
-    let native = last_level(opened.size, TILE);
+    let edge = app.service.settings.answers.tile_edge(&opened.ready.scene);
+    let native = last_level(opened.size, edge);
     // Up to the precision of the scene's numbers.
     let deeper = (0..=MAX_ZOOM - opened.image.zoom)
         .rev()
@@ -70,7 +71,7 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
             tilejson: "3.0.0",
             crs: "simple",
             tiles: vec![format!("/xyz/{id}/{{z}}/{{x}}/{{y}}.png")],
-            tile_size: TILE,
+            tile_size: edge,
             width,
             height,
             minzoom: 0,
@@ -94,13 +95,14 @@ async fn xyz_tile(
     let _permit = tile_permit(&app, Client::of(&parts.extensions))?;
     let opened = open(&app, &tenant, &id).await?;
     // Levels count down from the image itself, zooms up to it and beyond.
-    let level = i64::from(last_level(opened.size, TILE)) - i64::from(zoom);
+    let edge = app.service.settings.answers.tile_edge(&opened.ready.scene);
+    let level = i64::from(last_level(opened.size, edge)) - i64::from(zoom);
     let more = u32::try_from(-level).unwrap_or(0);
     let deepest = opened.image.zoom.checked_add(more).filter(|zoom| *zoom <= MAX_ZOOM).ok_or_else(missing)?;
     size_of(&opened.ready.scene, deepest).ok_or_else(missing)?;
-    let grid = Grid::Tiles(i32::try_from(level).map_err(|_| missing())?);
-    let (left, top) = (column.checked_mul(TILE).ok_or_else(missing)?, row.checked_mul(TILE).ok_or_else(missing)?);
-    let spec = tile(grid, Region { x: left, y: top, width: TILE, height: TILE }, format);
+    let level = i32::try_from(level).map_err(|_| missing())?;
+    let Region { x, y, .. } = tile_of(opened.size, level, edge, column, row).ok_or_else(missing)?;
+    let spec = tile(Grid::Tiles(level), Region { x, y, width: edge, height: edge }, format);
     spec.shot(&opened.ready.scene, opened.image.zoom).map_err(|_| missing())?;
     image::tile(&app, &tenant, &parts, opened.image, spec).await
 }
