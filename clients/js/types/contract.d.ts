@@ -1059,7 +1059,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A tile of 512 x 512 pixels. At zoom z the image is 2^z tiles wide or high, whichever is longer. */
+        /** A tile, of 512 x 512 pixels unless its description says less. At zoom z the image is 2^z tiles wide or high, whichever is longer. */
         get: operations["xyzTile"];
         put?: never;
         post?: never;
