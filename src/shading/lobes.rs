@@ -103,8 +103,11 @@ impl<L: Lanes> Lobes<L> {
     /// The most that the surface reflects and the share that passes it, where its dielectric reflects a share.
     #[inline(always)]
     pub fn leaving(&self, s: L::Simd, reflectance: L) -> [L; 2] {
-        let V3 { x, y, z } = self.metal[1];
-        [reflectance * self.other + x.max(y).max(z), self.passing * (L::lit(s, 1.0) - reflectance)]
+        let most = |color: V3<L>| color.x.max(color.y).max(color.z);
+        let mirrored = most(self.reflection) * reflectance + most(self.metal[1]);
+        // Within a body nothing is left for what is scattered, and all that would pass is reflected.
+        let total = reflectance.ge(L::lit(s, 1.0));
+        [L::select(total, mirrored.max(self.passing), mirrored), self.passing * (L::lit(s, 1.0) - reflectance)]
     }
 
     /// What is scattered below a facet, given what the dielectric reflects there: all that it lets in.

@@ -52,11 +52,20 @@ pub(super) fn into_varnish<L: Lanes>(
     media: &Media<L::Real>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
+    bend: Option<L>,
 ) -> L {
     L::vectorize(
         s,
         #[inline(always)]
-        || around::<L>(s, rays.media, hits.found, 1.0, |list| media.ior(list)) / kinds(s, world, hits).ior,
+        || {
+            let Kinds { mut ior, dispersion, .. } = kinds(s, world, hits);
+            let mut outside = around::<L>(s, rays.media, hits.found, 1.0, |list| media.ior(list));
+            if let Some(bend) = bend {
+                outside = outside + around::<L>(s, rays.media, hits.found, 0.0, |list| media.dispersion(list)) * bend;
+                ior = ior + dispersion * bend;
+            }
+            outside / ior
+        },
     )
 }
 

@@ -104,7 +104,7 @@ fn facets<L: Lanes, O: Observer<L>, V: Variant>(
         let above = out.dot(hits.ng).gt(zero) & out.dot(n).gt(zero);
         let open = L::select(above, unhidden(s, n, out, width), zero);
         // Beside the one of the surface below.
-        let chosen = threshold::<L>(s, &tracer.sampler, !rays.path, choice).lt(open) & L::mask(s, left);
+        let chosen = threshold::<L>(s, &tracer.sampler, rays.path ^ 0x5555_5555, choice).lt(open) & L::mask(s, left);
         all = V3::select(chosen, facet, all);
         left &= !chosen.bits();
         if left == 0 {

@@ -18,7 +18,7 @@ use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 use crate::trace::variants::Variant;
 
-/// Stacks the rays that leave from what the rays hit. The transmitted one goes on top and is followed first. The share that the
+/// Stacks the rays that leave from what the rays hit, the transmitted one on top of the reflected one. The share that the
 /// dielectric of lobes has reflected comes back: 0 where that is not known.
 #[inline(always)]
 pub(super) fn scatter<L: Lanes, O: Observer<L>, V: Variant>(
@@ -84,7 +84,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             if by_angle {
                 let crossing = if clear != 0 {
                     let between = between(tracer, rays, hits, clear);
-                    Some(cross(tracer, rays, hits, hits.ns, clear, 0, between))
+                    Some(cross(tracer, rays, hits, hits.ns, clear, [0, 0], between))
                 } else {
                     None
                 };
@@ -116,7 +116,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             lossless = rough & lobes.lanes;
             let eta = match &between {
                 Some(between) if clear & lossless != 0 => {
-                    let sheets = into_varnish(s, tracer.world, &tracer.media, rays, hits);
+                    let sheets = into_varnish(s, tracer.world, &tracer.media, rays, hits, bend(tracer));
                     L::select(L::mask(s, hits.closed), between.n1 / between.n2, sheets)
                 }
                 _ => L::lit(s, 1.0),
@@ -131,7 +131,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         zero
     };
     let mut crossing = match between {
-        Some(between) => Some(cross(tracer, rays, hits, ns, clear, rough, between)),
+        Some(between) => Some(cross(tracer, rays, hits, ns, clear, [rough, lossless], between)),
         None => None,
     };
     let sheets = lobes.map_or(0, |lobes| rough & clear & lobes.lanes & !hits.closed);
@@ -285,9 +285,14 @@ fn angular<L: Lanes, O: Observer<L>, V: Variant>(
         }
         None => None,
     };
+    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, lobes, bent, bend(tracer))
+}
+
+/// How far the indices of refraction are from their means for the light of the samples, if anything disperses.
+#[inline(always)]
+fn bend<L: Lanes, O: Observer<L>, V: Variant>(tracer: &Tracer<'_, L, O, V>) -> Option<L> {
     let disperses = V::DETAILS && tracer.world.effects.has(Effect::Dispersion);
-    let bend = disperses.then_some(tracer.wavelengths.bend);
-    at_angles(tracer.s, tracer.world, &tracer.media, rays, hits, ns, coefficients, lobes, bent, bend)
+    disperses.then_some(tracer.wavelengths.bend)
 }
 
 /// The crossing of a surface.
@@ -361,7 +366,7 @@ fn cross<L: Lanes, O: Observer<L>, V: Variant>(
     hits: &Hits<L>,
     mut ns: V3<L>,
     clear: u32,
-    rough: u32,
+    [rough, lossless]: [u32; 2],
     Interface { n1, n2, dispersion, behind }: Interface<L>,
 ) -> Crossing<L> {
     let s = tracer.s;
@@ -372,7 +377,8 @@ fn cross<L: Lanes, O: Observer<L>, V: Variant>(
         ns = V3::select(L::mask(s, curved), upright(s, ns, hits.ng), ns);
     }
     let mut refraction = refract(s, rays.dir, ns, eta);
-    let bent = hits.smooth | tilted;
+    // Those of lobes have been chosen with what they do.
+    let bent = (hits.smooth | tilted) & !lossless;
     if bent != 0 {
         // As with mirrors: where the interpolated normal would keep the ray on its side, the geometric one decides. Facets of
         // rough surfaces beside may do so, too, and stay. Total reflection is as well for the geometric normal to say: else light

@@ -84,6 +84,8 @@ async function open(query, zoom) {
   try {
     const known = await askJson("v1/scenes", { method: "POST", body: text.peek(), type: origin.peek().type, query: { ...query, zoom } });
     const tiles = await askJson(known.links.xyz);
+    // With many samples tiles are smaller ones, and other places have their names: the quick ones stay.
+    if (tiles.tileSize !== TILE) return null;
     return { image: known.image_id, offset: tiles.nativezoom - zoom, template: tiles.tiles[0] };
   } catch (error) {
     if (error instanceof Problem && query.precision !== "double" && error.status === 400) return open({ ...query, precision: "double" }, zoom);

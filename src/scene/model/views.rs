@@ -91,13 +91,13 @@ impl Views {
     fn size(&self, overrides: &Overrides) -> ImageSize {
         let camera = overrides.model.camera.and_then(|index| self.cameras.get(index as usize));
         // A strip is no picture.
-        let aspect = camera.and_then(|camera| camera.aspect).unwrap_or(1.0).clamp(1.0 / 16.0, 16.0);
+        let aspect = camera.and_then(|camera| camera.aspect).map(|aspect| aspect.clamp(1.0 / 16.0, 16.0));
         let scaled = |side: u32, by: f64| (f64::from(side) * by).round().max(1.0) as u32;
-        let (width, height) = match (overrides.width, overrides.height) {
-            (None, None) => (scaled(SIDE, aspect.min(1.0)), scaled(SIDE, (1.0 / aspect).min(1.0))),
-            (Some(width), None) if aspect != 1.0 => (width, scaled(width, 1.0 / aspect)),
-            (None, Some(height)) if aspect != 1.0 => (scaled(height, aspect), height),
-            (width, height) => (width.unwrap_or(SIDE), height.unwrap_or(SIDE)),
+        let (width, height) = match (overrides.width, overrides.height, aspect) {
+            (None, None, Some(aspect)) => (scaled(SIDE, aspect.min(1.0)), scaled(SIDE, (1.0 / aspect).min(1.0))),
+            (Some(width), None, Some(aspect)) => (width, scaled(width, 1.0 / aspect)),
+            (None, Some(height), Some(aspect)) => (scaled(height, aspect), height),
+            (width, height, _) => (width.unwrap_or(SIDE), height.unwrap_or(SIDE)),
         };
         ImageSize { width, height }
     }

@@ -66,6 +66,28 @@ fn a_furnace_keeps_its_light() {
     }
 }
 
+/// A turned cube as a mesh, whose vertices have the normals of its faces.
+fn cube_with_normals() -> Value {
+    let turned = |[x, y, z]: [f64; 3]| [0.8 * x + 0.6 * z, y, 0.8 * z - 0.6 * x];
+    let (mut vertices, mut normals, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let first = vertices.len();
+            for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
+                // Counter-clockwise from outside.
+                let mut corner = [0.5 * side; 3];
+                (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (a * side, b);
+                let mut normal = [0.0; 3];
+                normal[axis] = side;
+                vertices.push(turned(corner));
+                normals.push(turned(normal));
+            }
+            faces.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+    }
+    json!({ "mesh": { "vertices": vertices, "normals": normals, "faces": faces, "material": "it" } })
+}
+
 /// So does rough glass, in bodies and in sheets: what facets hide from each other is not lost.
 #[test]
 fn rough_glass_keeps_its_light() {
@@ -76,6 +98,10 @@ fn rough_glass_keeps_its_light() {
         let material = json!({ "pbr": { "metallic": 0, "roughness": roughness, "transmission": 1 } });
         let [body, ..] = mean(&pixels(ball(material.clone(), furnace(), render.clone()), "double"));
         assert!((body - 1.0).abs() < 0.004, "a ball of roughness {roughness}: {body}");
+        let mut scene = ball(material.clone(), furnace(), render.clone());
+        scene["objects"] = json!([cube_with_normals()]);
+        let [cube, ..] = mean(&pixels(scene, "double"));
+        assert!((cube - 1.0).abs() < 0.004, "a mesh of roughness {roughness}: {cube}");
         for place in [0.0, 10.0, 40.0] {
             let mut scene = ball(material.clone(), furnace(), render.clone());
             scene["camera"] =
