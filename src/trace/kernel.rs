@@ -1,8 +1,9 @@
 //! Whitted's recursion as a loop over packets of rays on an explicit stack: depth takes memory, but not the thread's stack.
 //!
 //! A lane does not depend on the others: every operation is lane by lane, of surfaces at the same distance the one written
-//! first wins, and the rays of each lane are followed in depth-first order, transmitted before reflected, and where light is traced, what is scattered before both. So the value of a
-//! pixel depends neither on the packet it is traced in nor on the width of a packet.
+//! first wins, and the rays of each lane are followed in depth-first order: what is scattered, where light is traced, then
+//! transmitted and reflected ones. So the value of a pixel depends neither on the packet it is traced in nor on the width of a
+//! packet.
 
 use super::attenuation::along;
 use super::batch::SamplePacket;
