@@ -13,6 +13,7 @@ use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
 use crate::lanes::Real;
 use crate::shape::{Frustum, Torus};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::iter::repeat_n;
 use std::mem::size_of;
@@ -186,10 +187,10 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
     }
     let of_box = Extent::of_box(bounds);
     let reach = |(item, extent): (&Item<R>, &Option<Extent>)| match (&item.shape, extent) {
+        // Also of vertices without a face, which no ray meets: the box is around those that it may.
         (Shape::Mesh(mesh), _) => {
-            let reach =
-                |face| mesh.points(face).map(|p| p.distance_squared(of_box.center)).into_iter().fold(0.0, f64::max);
-            (0..mesh.faces.len()).into_par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
+            let reach = |p: &[R; 3]| DVec3::from_array(p.map(Real::to_f64)).distance_squared(of_box.center);
+            mesh.vertices.par_iter().map(reach).reduce(|| 0.0, f64::max).sqrt()
         }
         (_, Some(extent)) => extent.center.distance(of_box.center) + extent.radius,
         (_, None) => 0.0,

@@ -14,6 +14,9 @@ const FEWEST_BINS: usize = 4;
 const NODE_COST: f64 = 2.0;
 /// From this number of primitives on, two halves of a node are counted in turn.
 const INTERLEAVED: usize = 512;
+/// From this number of primitives on, a node is split along the axis on which their centres lie farthest apart: another one is
+/// seldom better there, and three take three times as long.
+const ONE_AXIS: usize = 8192;
 /// Larger nodes are counted by several threads.
 const CHUNK: usize = 32_768;
 
@@ -22,8 +25,10 @@ const CHUNK: usize = 32_768;
 pub(super) struct Binning<R> {
     bins: usize,
     low: [R; 4],
-    /// Bins for each unit of length; 0 along axes on which the centres do not differ.
+    /// Bins for each unit of length; 0 along axes that are not considered, or on which the centres do not differ.
     scale: [R; 4],
+    /// The only axis that is considered.
+    only: Option<usize>,
 }
 
 /// The best of the planes between bins.
@@ -43,8 +48,11 @@ impl<R: Real> Binning<R> {
         let zero = R::default();
         // A little below the whole number of bins, so that rounding never leads beyond the last.
         let end = R::from_f64(bins as f64 * (1.0 - 8.0 * R::ROUNDOFF));
-        let scale = |i: usize| if i < 3 && extent[i] > zero { end / extent[i] } else { zero };
-        Self { bins, low, scale: std::array::from_fn(scale) }
+        let widest = (1..3).fold(0, |a, b| if extent[b] > extent[a] { b } else { a });
+        let only = (primitives >= ONE_AXIS).then_some(widest);
+        let is_considered = |i: usize| i < 3 && extent[i] > zero && only.is_none_or(|only| only == i);
+        let scale = |i: usize| if is_considered(i) { end / extent[i] } else { zero };
+        Self { bins, low, scale: std::array::from_fn(scale), only }
     }
 
     /// The bin of a primitive on each axis.
@@ -115,6 +123,17 @@ impl<R: Real> Binning<R> {
     fn count(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
         let empty = || Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
         let mut bins = empty();
+        if let Some(axis) = self.only {
+            let bin = |primitive: &BuildPrimitive<R>| self.place(primitive.center_on(axis), axis).nearest_of_16();
+            let mut others = empty();
+            let (front, back) = primitives.split_at(primitives.len() / 2);
+            for (a, b) in front.iter().zip(back) {
+                bins.add_on(axis, a, bin(a));
+                others.add_on(axis, b, bin(b));
+            }
+            back[front.len()..].iter().for_each(|primitive| bins.add_on(axis, primitive, bin(primitive)));
+            return bins.merged(&others);
+        }
         if primitives.len() < INTERLEAVED {
             primitives.iter().for_each(|primitive| bins.add(primitive, self.bins_of(primitive)));
             return bins;
@@ -155,10 +174,15 @@ impl<R: Real> Bins<R> {
     #[inline(always)]
     fn add(&mut self, primitive: &BuildPrimitive<R>, bins: [usize; 4]) {
         for axis in 0..3 {
-            let around = &mut self.boxes[axis][bins[axis]];
-            *around = around.union(primitive.0);
-            self.counts[axis][bins[axis]] += 1;
+            self.add_on(axis, primitive, bins[axis]);
         }
+    }
+
+    #[inline(always)]
+    fn add_on(&mut self, axis: usize, primitive: &BuildPrimitive<R>, bin: usize) {
+        let around = &mut self.boxes[axis][bin];
+        *around = around.union(primitive.0);
+        self.counts[axis][bin] += 1;
     }
 
     fn merged(mut self, other: &Self) -> Self {

@@ -178,7 +178,7 @@ impl<L: Lanes> Lobes<L> {
         // Where a mirror ray takes its share by the index of refraction, so does what is below.
         let mirrors_exactly = smooth & !bright;
         let at = L::select(every, facet, cosine);
-        let exact = strongest * p.specular * between(s, p.normal_reflectance, at);
+        let exact = strongest * p.specular * dielectric_reflectance(s, p.normal_reflectance, at);
         let exact = L::select(every, exact * open, exact);
         let hidden = L::select(mirrors_exactly, exact, lost[0] * a + lost[1] * b);
         let returned = L::select(smooth & !every, one, one + lost[0] * again);
@@ -380,7 +380,7 @@ fn facing<L: Lanes>(s: L::Simd, n: V3<L>, to_eye: V3<L>) -> L {
 
 /// The exact reflectance of a dielectric in empty space, given that at normal incidence.
 #[inline(always)]
-fn between<L: Lanes>(s: L::Simd, normal: L, cosine: L) -> L {
+fn dielectric_reflectance<L: Lanes>(s: L::Simd, normal: L, cosine: L) -> L {
     let one = L::lit(s, 1.0);
     let root = normal.sqrt().min(L::lit(s, 0.9999));
     let ior = (one + root) / (one - root);

@@ -9,7 +9,7 @@ use super::ray_packet::RayPacket;
 use crate::accel::Shape;
 use crate::lanes::{Ids, Lanes, Real, V3};
 use crate::scene::world::World;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Smallest cosine for the length of a footprint.
 const GRAZING: f64 = 1e-4;
@@ -92,9 +92,7 @@ pub(super) fn curvatures<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 let owner = world.owner(hits.expanded.lane(lane));
-                let same = if !owner.instances.is_empty() {
-                    1 << lane
-                } else if owner.item.is_smooth() {
+                let same = if owner.item.is_smooth() {
                     // Those on the same face.
                     hits.expanded.same_as_first(s, left).1
                 } else {
@@ -105,13 +103,19 @@ pub(super) fn curvatures<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
                 if curvature == 0.0 {
                     continue;
                 }
+                let mut scale = L::lit(s, 1.0);
                 if !owner.instances.is_empty() {
-                    // A placed body is smaller where a unit of the scene is more than one of its own.
-                    let normal = DVec3::from_array(hits.ng.lane(lane).map(Real::to_f64));
-                    let (right, up) = normal.any_orthonormal_pair();
-                    curvature *= (owner.into_object(right).cross(owner.into_object(up))).length().sqrt();
+                    // A placed body is smaller where a unit of the scene is more than one of its own. Areas across a normal grow
+                    // by the length of the cofactor matrix times it.
+                    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| owner.into_object(axis));
+                    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+                    // Relative to the largest, they neither vanish nor overflow in single precision.
+                    let largest = cofactors.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                    curvature *= largest.sqrt();
+                    let columns = (cofactors * (1.0 / largest)).to_cols_array_2d();
+                    scale = hits.ng.turned(s, columns.map(|column| column.map(L::Real::from_f64))).length().sqrt();
                 }
-                all = L::select(L::mask(s, same), L::lit(s, curvature), all);
+                all = L::select(L::mask(s, same), L::lit(s, curvature) * scale, all);
             }
             L::select(L::mask(s, hits.entering ^ hits.hollow), all, -all)
         },

@@ -57,15 +57,7 @@ pub(super) fn into_varnish<L: Lanes>(
     L::vectorize(
         s,
         #[inline(always)]
-        || {
-            let Kinds { mut ior, dispersion, .. } = kinds(s, world, hits);
-            let mut outside = around::<L>(s, rays.media, hits.found, 1.0, |list| media.ior(list));
-            if let Some(bend) = bend {
-                outside = outside + around::<L>(s, rays.media, hits.found, 0.0, |list| media.dispersion(list)) * bend;
-                ior = ior + dispersion * bend;
-            }
-            outside / ior
-        },
+        || varnish(s, media, rays, &kinds(s, world, hits), hits.found, bend).0,
     )
 }
 
@@ -117,6 +109,23 @@ fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<
     kinds
 }
 
+/// n1/n2 of surfaces without a medium behind them, and the lanes where it depends on the wavelength.
+#[inline(always)]
+fn varnish<L: Lanes>(
+    s: L::Simd,
+    media: &Media<L::Real>,
+    rays: &RayPacket<L>,
+    kinds: &Kinds<L>,
+    lanes: u32,
+    bend: Option<L>,
+) -> (L, u32) {
+    let outside = around::<L>(s, rays.media, lanes, 1.0, |list| media.ior(list));
+    let Some(bend) = bend else { return (outside / kinds.ior, 0) };
+    let before = around::<L>(s, rays.media, lanes, 0.0, |list| media.dispersion(list));
+    let eta = (outside + before * bend) / (kinds.ior + kinds.dispersion * bend);
+    (eta, before.max(kinds.dispersion).gt(L::lit(s, 0.0)).bits() & lanes)
+}
+
 #[inline(always)]
 fn at_angles_in<L: Lanes>(
     s: L::Simd,
@@ -131,20 +140,15 @@ fn at_angles_in<L: Lanes>(
     bend: Option<L>,
 ) -> AtAngles<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-    let Kinds { dielectric, conductor, mut ior, dispersion } = kinds(s, world, hits);
+    let kinds = kinds(s, world, hits);
+    let Kinds { dielectric, conductor, .. } = kinds;
     let (mut tinted, mut layer) = (0, zero);
     let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
     // An interpolated normal may face away from the ray; the geometric one does not.
     let n = V3::select(rays.dir.dot(ns).lt(zero), ns, hits.ng);
     if dielectric != 0 {
-        let mut outside = around::<L>(s, rays.media, dielectric, 1.0, |list| media.ior(list));
-        if let Some(bend) = bend {
-            let before = around::<L>(s, rays.media, dielectric, 0.0, |list| media.dispersion(list));
-            outside = outside + before * bend;
-            ior = ior + dispersion * bend;
-            tinted = before.max(dispersion).gt(zero).bits() & dielectric & !bent.map_or(0, |bent| bent.lanes);
-        }
-        let mut eta = outside / ior;
+        let (mut eta, dispersive) = varnish(s, media, rays, &kinds, dielectric, bend);
+        tinted = dispersive & !bent.map_or(0, |bent| bent.lanes);
         let mut refraction = refract(s, rays.dir, n, eta);
         if let Some(bent) = bent {
             let mask = L::mask(s, bent.lanes);

@@ -213,8 +213,12 @@ impl<W: Double> Part<W> {
         // A slope that faces away from the ray is turned until the ray sees it edge on.
         let (zero, nothing) = (W::lit(s, 0.0), V3::splat(s, [0.0; 3]));
         let away = tilted.dot(self.dir);
-        let edge_on = (tilted - self.dir * (away + W::lit(s, EDGE_ON))).unit_or(s, nothing);
-        let seen = V3::select(away.lt(zero), tilted, edge_on);
+        let beyond = !away.lt(zero);
+        let mut seen = tilted;
+        if beyond.bits() & lookup.lanes != 0 {
+            let edge_on = (tilted - self.dir * (away + W::lit(s, EDGE_ON))).unit_or(s, nothing);
+            seen = V3::select(beyond, edge_on, tilted);
+        }
         (seen, !raised.eq(flat) & !seen.eq(nothing) & seen.is_finite(s))
     }
 }

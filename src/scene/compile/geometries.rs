@@ -193,7 +193,8 @@ impl<'a, R: Real> Builder<'a, R> {
                     let (shape, look) = self.shape(object, known);
                     self.sources.entries.push(entry(look.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
-                    let volume = known.map(|item| item.volume);
+                    // A sheet has none, and may be a body now.
+                    let volume = known.filter(|item| item.closed).map(|item| item.volume);
                     let item = self.item(object, shape, look, volume, source);
                     into.push(item, extent::of_object::<R>(object), count);
                 }
@@ -315,7 +316,7 @@ impl<'a, R: Real> Builder<'a, R> {
             closed,
             may_touch: false,
             has_holes: self.materials[material].has_holes(),
-            volume: known_volume.unwrap_or_else(|| if closed { volume(object) } else { 0.0 }),
+            volume: if closed { known_volume.unwrap_or_else(|| volume(object)) } else { 0.0 },
             transmission: self.materials[material].transmission,
             source,
             offset: 0,

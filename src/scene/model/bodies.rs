@@ -86,11 +86,14 @@ fn mesh(geometry: Geometry, faces: Option<Arc<Vec<[u32; 3]>>>, material: Option<
         })
     };
     let Geometry { positions, mut triangles, normals, tangents, uvs: [uvs, uvs1], colors } = geometry;
-    // The compiled scene may keep the list.
-    triangles.shrink_to_fit();
+    let own = || {
+        // The compiled scene may keep the list.
+        triangles.shrink_to_fit();
+        triangles.into()
+    };
     Mesh {
         vertices: positions,
-        faces: faces.unwrap_or_else(|| triangles.into()),
+        faces: faces.unwrap_or_else(own),
         normals,
         uvs: flipped(uvs),
         uvs1: flipped(uvs1),

@@ -156,6 +156,26 @@ fn a_variation_is_the_scene_that_results() {
     }
 }
 
+/// Where bodies overlap the smaller one decides, and a sheet encloses nothing.
+#[test]
+fn a_sheet_that_becomes_a_body_encloses_as_much_as_any() {
+    let glass = |thin: bool, ior: f64| json!({ "pbr": { "base_color": 1, "transmission": 1, "thin": thin }, "ior": ior });
+    let ball = |x: f64, radius: f64, material: &str| json!({ "sphere": { "center": [x, 0, 0], "radius": radius, "material": material } });
+    let text = json!({
+        "version": 1,
+        "image": { "width": 40, "height": 24 },
+        "camera": { "pinhole": { "eye": [0, 0, 6], "look_at": [0, 0, 0] } },
+        "environment": { "sky": {} },
+        "materials": { "sheet": glass(true, 1.2), "body": glass(false, 2.0) },
+        "objects": [ball(-0.4, 1.2, "sheet"), ball(0.4, 0.9, "body")],
+    });
+    let patch = json!({ "materials": { "sheet": { "pbr": { "thin": false } } } });
+    let original = loaded(&text, &Overrides::default()).unwrap();
+    let part = varied(&original, &patch, &Overrides::default()).unwrap();
+    let whole = loaded(&merged(&text, &patch), &Overrides::default()).unwrap();
+    assert!(told(part) == told(whole), "the variation is another scene");
+}
+
 /// Several changes at once, of variations of variations.
 #[test]
 fn variations_of_variations_are_scenes() {
