@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The studio in headless Chromium: flows, figures of speed, deep zoom, accessibility, a killed service. Each line is a figure.
+"""The studio in headless Chromium: flows, figures of speed, deep zoom, accessibility, bad connections, a killed service. Each line is a figure.
 
     cargo build --release && python3 tests/external/studio.py             # everything
-    python3 tests/external/studio.py flows speed deep access keys restart farm   # some of it
+    python3 tests/external/studio.py flows speed deep access trouble keys restart farm   # some of it
 
 It needs node, npm and Chromium (Debian: nodejs, npm, chromium; or CHROMIUM=path), and installs puppeteer-core and axe-core
 (npm) into target/external. STUDIO_FILES=web serves the files of a folder instead of those in the program.
@@ -21,7 +21,7 @@ import service
 from broker import Broker
 
 PACKAGES = ["puppeteer-core@25.16.0", "axe-core@4.14.1"]
-SUITES = ["flows", "pixel", "plan", "accuracy", "compare", "maps", "jobs", "speed", "deep", "access", "keys", "restart", "farm"]
+SUITES = ["flows", "pixel", "plan", "accuracy", "compare", "maps", "jobs", "speed", "deep", "access", "trouble", "keys", "restart", "farm"]
 
 
 def node(modules, browser, suite, address, *more):

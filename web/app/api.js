@@ -25,7 +25,7 @@ export class Problem extends Error {
   }
 }
 
-/** The service did not answer. */
+/** The service did not answer, or its answer broke off. */
 export class Unreachable extends Error {}
 
 /**
@@ -66,13 +66,39 @@ export async function ask(path, { method, body, type, query, headers = {}, accep
     throw new Unreachable("the service does not answer");
   }
   if (answer.ok) return answer;
-  const document = await answer.json().catch(() => ({}));
+  const document = (await answer.json().catch(() => null)) ?? {};
+  // A proxy says so while the service behind it is away; the service's own words have a type.
+  if (GATEWAY.includes(answer.status) && document.type === undefined) {
+    goOffline();
+    throw new Unreachable("the service does not answer");
+  }
   if (answer.status === 401) batch(() => ((key.value = ""), (dialog.value = "key")));
-  throw new Problem(answer.status, document, Number(answer.headers.get("retry-after") ?? 0));
+  // A date instead of seconds is no number.
+  throw new Problem(answer.status, document, Number(answer.headers.get("retry-after")) || 0);
+}
+
+/**
+ * What is read of an answer. One that breaks off is `Unreachable`. @template T @param {Promise<T>} read @param {AbortSignal} [signal] @returns {Promise<T>}
+ */
+export async function whole(read, signal) {
+  try {
+    return await read;
+  } catch (error) {
+    // What is whole but no JSON is a SyntaxError.
+    if (signal?.aborted || !(error instanceof TypeError)) throw error;
+    goOffline();
+    throw new Unreachable("the answer broke off");
+  }
 }
 
 /** Asks for JSON. @param {string} path @param {Options} [options] @returns {Promise<any>} */
-export const askJson = async (path, options) => (await ask(path, { accept: "application/json", ...options })).json();
+export const askJson = async (path, options) => whole((await ask(path, { accept: "application/json", ...options })).json(), options?.signal);
+
+/** Asks for text. @param {string} path @param {Options} [options] */
+export const askText = async (path, options) => whole((await ask(path, options)).text(), options?.signal);
+
+/** Asks for a file. @param {string} path @param {Options} [options] */
+export const askBlob = async (path, options) => whole((await ask(path, options)).blob(), options?.signal);
 
 /** A wait that an abort ends. @param {number} ms @param {AbortSignal} [signal] @returns {Promise<void>} */
 export const pause = (ms, signal) =>
@@ -103,7 +129,7 @@ export async function patiently(request, signal, waiting) {
  */
 export async function render({ text, type = "application/json", settings, signal, priority }) {
   const answer = await ask("v1/render", { body: text, type, query: settings, accept: "image/png", signal, priority });
-  const blob = await answer.blob();
+  const blob = await whole(answer.blob(), signal);
   const bitmap = await createImageBitmap(blob);
   if (signal?.aborted) {
     bitmap.close();
@@ -112,6 +138,8 @@ export async function render({ text, type = "application/json", settings, signal
   return { bitmap, blob, report: reportOf(answer.headers) };
 }
 
+/** What proxies answer with while the service is away. 504 would repeat what takes too long. */
+const GATEWAY = [502, 503];
 /** The hash of the files of this page: its folder. */
 const OWN = /studio\/([0-9a-f]+)\//.exec(import.meta.url)?.[1] ?? "";
 let probing = false;
@@ -136,6 +164,7 @@ export async function goOffline() {
 /** Whether the service has another version of this page, which goes on working meanwhile. */
 export async function lookForNews() {
   const answer = await fetch(address("studio"), { method: "HEAD", cache: "no-store" });
+  if (GATEWAY.includes(answer.status)) throw new Unreachable("the service does not answer");
   const upgraded = OWN !== "" && answer.ok && !(answer.headers.get("etag") ?? OWN).includes(OWN);
   connection.value = { online: true, upgraded };
 }

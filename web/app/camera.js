@@ -1,4 +1,4 @@
-// The camera: orbit, pan and dolly, and where points are in the picture. No effects.
+// The camera: orbit, pan, dolly, and where points are. No effects.
 import { rounded } from "./pointers.js";
 
 /** @typedef {[number, number, number]} Vector */

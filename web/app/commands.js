@@ -1,4 +1,4 @@
-// Everything that can be done, with its key: the palette lists them, the keyboard runs them.
+// Everything that can be done, with its key.
 import { signal } from "../vendor/preact.js";
 import { renderNow } from "./picture.js";
 import { actualSize, fit, zoomBy } from "./looking.js";

@@ -1,6 +1,6 @@
-// Dialogs: examples, all commands, the key, help. Sharing has its own file.
+// Dialogs: examples, all commands, the key, help.
 import { html, useEffect, useRef, useSignal } from "../vendor/preact.js";
-import { Problem, address, ask, askJson } from "./api.js";
+import { Problem, address, askBlob, askJson, askText } from "./api.js";
 import { commands, letters } from "./commands.js";
 import { examples, loadExamples, openExample, openFile } from "./scenes.js";
 import { Share } from "./share.js";
@@ -20,8 +20,8 @@ function thumb(href) {
   if (!known) {
     const make = async () => {
       try {
-        const body = await (await ask(href)).text();
-        const blob = await (await ask("v1/render", { body, type: "application/json", query: THUMB, accept: "image/png", priority: "low" })).blob();
+        const body = await askText(href);
+        const blob = await askBlob("v1/render", { body, type: "application/json", query: THUMB, accept: "image/png", priority: "low" });
         bitmaps.made += 1;
         return await createImageBitmap(blob);
       } catch {

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef } from "../vendor/preact.js";
 import { nextProblem } from "./commands.js";
 import { fixOf, isOfText, lineOf, rangeOf, wordsOf } from "./problems.js";
-import { problems, reveal, setText, settings, syntax, text } from "./state.js";
+import { missing, problems, reveal, setText, settings, syntax, text } from "./state.js";
 import { Button } from "./ui.js";
 
 /** @param {import("./problems.js").Fix} fix */
@@ -38,6 +38,7 @@ export function EditPane() {
   useEffect(() => {
     // The picture comes first: the editor is the largest file.
     const started = import("./editor.js").then(({ start }) => start(/** @type {HTMLElement} */ (host.current)));
+    started.catch(missing);
     return () => void started.then((view) => view.destroy());
   }, []);
   return html`<section class="edit" aria-label="Scene" data-pane-focus>

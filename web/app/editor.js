@@ -41,7 +41,7 @@ const undoneOrigin = invertedEffects.of((transaction) => transaction.effects.fla
 const language = new Compartment();
 const writable = new Compartment();
 
-/** What tells the rest of the page. It comes before all other plugins, so that they see the new syntax. */
+/** Tells the rest of the page, before all other plugins see the new syntax. */
 const telling = Prec.highest(
   ViewPlugin.define((view) => ({
     update(update) {

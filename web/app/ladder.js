@@ -1,7 +1,7 @@
 // What is rendered when: a state machine without effects. `next` takes an event and gives actions; `picture.js` carries them out.
 //
 // Rung 0 answers at once: as large as 20 ms allow, one sample a pixel. The first one of a page is very small; what it takes tells
-// the size of the next. For scenes of which not even a small picture is that quick it has a ceiling instead. It is never aborted, since it is over before the next key, and aborting it would mean no picture while somebody types. Rung 1 is the full
+// the size of the next. For scenes of which not even a small picture is that quick it has a ceiling instead. It is over before the next key, so it is never aborted. Rung 1 is the full
 // size with one sample, after 140 ms of quiet. Rung 2 is what the scene asks for. Newer texts abort both at once.
 
 /** @typedef {0 | 1 | 2} Rung */
@@ -13,6 +13,7 @@
  *   | { type: "predicted", version: number, now: number, ms: number }
  *   | { type: "live", now: number, on: boolean }
  *   | { type: "force", now: number }
+ *   | { type: "again", now: number }
  *   | { type: "size", now: number, width: number, height: number }
  *   | { type: "tick", now: number }} Event
  * `base`: milliseconds before the first ray; `perPixel`: milliseconds for a pixel after that, of a picture without a ceiling
@@ -36,9 +37,9 @@ const QUICK = 20;
 const CEILING = 25;
 /** Milliseconds for a pixel that are assumed at first: those of a picture 160 wide in 20 ms. */
 const FIRST = 20 / (160 * 90);
-/** An answer with a ceiling tells nothing, so what is known grows doubtful: a machine that was busy is tried again. */
+/** An answer with a ceiling tells nothing, so a machine that was busy is tried again. */
 const FORGET = 0.85;
-/** Milliseconds of quiet before rung 1. With 60, 50 edits 100 ms apart began 47 full pictures that nobody saw. */
+/** Milliseconds of quiet before rung 1. With 60, most edits began full pictures that nobody saw. */
 const QUIET = 140;
 /** Predicted milliseconds above which rung 2 is offered, not sent. */
 const LONGEST = 2000;
@@ -97,6 +98,13 @@ export class Ladder {
       case "force":
         this.forced = true;
         this.refused = false;
+        // Who asks by hand need not wait: the service may say again when.
+        this.notBefore = 0;
+        break;
+      case "again":
+        // The service is back. What takes long is still offered only.
+        this.refused = false;
+        if (this.predicted === null) this.predicted = undefined;
         break;
       case "size":
         this.size = { width: event.width, height: event.height };

@@ -9,7 +9,7 @@ import * as picking from "./picking.js";
 import * as picture from "./picture.js";
 import { isDropping, takeDrops } from "./scenes.js";
 import * as session from "./session.js";
-import { dialog, notice, openPanel, pane, panel, panels, panelsOpen, shown, title, version } from "./state.js";
+import { dialog, missing, notice, openPanel, pane, panel, panels, panelsOpen, shown, title, version } from "./state.js";
 import { Strip } from "./strip.js";
 import { Button, Icon, Split, Tabs } from "./ui.js";
 
@@ -76,7 +76,10 @@ let isLoading = false;
 async function loadPanels() {
   if (isLoading) return;
   isLoading = true;
-  const { panels: all, later } = await import("./panels/registry.js");
+  const found = await import("./panels/registry.js").catch(missing);
+  // The next picture tries again.
+  if (!found) return void (isLoading = false);
+  const { panels: all, later } = found;
   panels.value = all;
   for (const { start } of [...all, ...later]) start?.();
 }

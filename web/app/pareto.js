@@ -1,4 +1,4 @@
-// The trade-off as a plot: where points lie, which of them no other beats, and ticks that people read. Pure; accuracy-plot.js draws.
+// The trade-off as a plot: where points lie, which of them no other beats, and ticks that people read. accuracy-plot.js draws.
 
 /**
  * A measured setting.

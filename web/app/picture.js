@@ -1,6 +1,6 @@
 // Carries out what the ladder says: sends, aborts, shows. Keeps the last pictures, so that undo is at once.
 import { batch, effect, untracked } from "../vendor/preact.js";
-import { Problem, Unreachable, askJson, render } from "./api.js";
+import { Problem, Unreachable, askJson, patiently, render } from "./api.js";
 import { LARGE, isForgotten, sentFor } from "./base.js";
 import { sized } from "./framing.js";
 import { Ladder } from "./ladder.js";
@@ -148,21 +148,30 @@ async function explain(number) {
   const of = /** @type {Asked} */ (asked.get(number));
   explaining.abort();
   explaining = new AbortController();
+  const { signal } = explaining;
   let ms = 0;
   try {
-    const answer = await askJson("v1/explain", { ...(await sentFor(of)), query: of.settings, signal: explaining.signal });
+    const answer = await patiently(async () => askJson("v1/explain", { ...(await sentFor(of)), query: of.settings, signal }), signal);
     if (number !== ladder.version) return;
     plan.value = answer;
     ms = answer.estimate.ms;
-  } catch {
+  } catch (error) {
+    // It is asked for again when the service is back.
+    if (signal.aborted || number !== ladder.version || error instanceof Unreachable) return;
     // Without a plan the picture is not held back: the service has limits of its own.
-    if (number !== ladder.version) return;
   }
   tell({ type: "predicted", version: number, now: performance.now(), ms });
 }
 
 /** Renders the scene as it is, however long it takes. */
 export const renderNow = () => (status.value = { word: "tracing", detail: "" }, offer.value = null, tell({ type: "force", now: performance.now() }));
+
+/** Asks again for what has failed. What waits for somebody goes on waiting. */
+function again() {
+  if (ladder.version === 0) return;
+  if (["offline", "failed"].includes(status.peek().word)) status.value = live.peek() || ladder.forced ? { word: "tracing", detail: "" } : { word: "paused", detail: "Ctrl-Enter renders" };
+  tell({ type: "again", now: performance.now() });
+}
 
 /** Watches the text and the settings from now on. */
 export function start() {
@@ -203,8 +212,8 @@ export function start() {
   let had = { online: true, key: key.peek() };
   effect(() => {
     const has = { online: connection.value.online, key: key.value };
-    const again = (has.online && !had.online) || (has.key !== had.key && has.key !== "" && status.peek().word === "failed");
+    const isTime = (has.online && !had.online) || (has.key !== had.key && has.key !== "" && status.peek().word === "failed");
     had = has;
-    if (again) untracked(renderNow);
+    if (isTime) untracked(again);
   });
 }

@@ -1,5 +1,5 @@
 // Colors for numbers: cividis (Nuñez et al. 2018), made for color blindness, and viridis (van der Walt and Smith 2015). The
-// brightness of both rises evenly. Each is 17 samples, between which colors are mixed; that is 1 of 255 codes off at most.
+// brightness of both rises evenly. Each is 17 samples, mixed in between.
 
 /** @typedef {"cividis" | "viridis"} RampName */
 const SAMPLES = {

@@ -1,6 +1,6 @@
 // Where scenes come from: examples, files, links.
 import { batch, signal } from "../vendor/preact.js";
-import { ask, askJson } from "./api.js";
+import { askJson, askText } from "./api.js";
 import { limits, pixel, say, setText, settings, text, origin } from "./state.js";
 import { fit } from "./looking.js";
 
@@ -20,8 +20,10 @@ export async function loadExamples() {
   if (examples.peek().length === 0) examples.value = (await askJson("v1/examples")).examples;
 }
 
-/** Replaces the scene. Undo brings the old one back. @param {string} next @param {string} name @param {string} [type] @param {string} [as] its name among the opened ones */
-export function open(next, name, type = "application/json", as = fresh()) {
+/** Replaces the scene. Undo brings the old one back. @param {string} said @param {string} name @param {string} [type] @param {string} [as] its name among the opened ones */
+export function open(said, name, type = "application/json", as = fresh()) {
+  // The editor has one kind of line ends, and places are those in its text.
+  const next = said.replace(/\r\n?/g, "\n");
   const before = { text: text.peek(), origin: origin.peek() };
   batch(() => {
     settings.value = {};
@@ -33,27 +35,38 @@ export function open(next, name, type = "application/json", as = fresh()) {
   if (before.text !== "") say(`${name} is open.`, { label: "Back", run: () => setText(before.text, before.origin) });
 }
 
+let asked = 0;
+/** Replaces the scene once its text is there, unless another one was asked for meanwhile. @param {Promise<string>} coming @param {string} name @param {string} [type] @param {string} [as] */
+export async function openSoon(coming, name, type, as) {
+  const mine = (asked += 1);
+  const next = await coming;
+  if (mine !== asked) return false;
+  open(next, name, type, as);
+  return true;
+}
+
 /** @param {string} id */
 export async function openExample(id) {
-  const body = await (await ask(`v1/examples/${id}`)).text();
-  open(body, examples.peek().find((of) => of.id === id)?.title ?? id);
-  example.value = { id, text: body };
+  const isOpen = await openSoon(askText(`v1/examples/${id}`), examples.peek().find((of) => of.id === id)?.title ?? id);
+  if (isOpen) example.value = { id, text: text.peek() };
+  return isOpen;
 }
 
 /** @param {File} file */
 export async function openFile(file) {
   const most = limits.peek()?.scene?.scene_bytes ?? 256 << 20;
   if (file.size > most) return say(`${file.name} is larger than the ${most} bytes that the service reads.`);
-  const isPacked = file.name.endsWith(".gz");
+  const isPacked = /\.gz$/i.test(file.name);
   const stream = isPacked ? file.stream().pipeThrough(new DecompressionStream("gzip")) : file.stream();
-  let body;
-  try {
-    body = await new Response(stream).text();
-  } catch {
-    return say(`${file.name} cannot be unpacked.`);
-  }
-  const name = file.name.replace(/\.gz$/, "");
-  open(body, name, name.endsWith(".nff") ? "text/x-nff" : "application/json");
+  const name = file.name.replace(/\.gz$/i, "");
+  const read = async () => {
+    const body = await new Response(stream).text().catch(() => {
+      throw new Error(`${file.name} cannot be unpacked.`);
+    });
+    if (body.includes("\0")) throw new Error(`${name} is no text. Scenes are JSON or NFF; a model is named in one.`);
+    return body;
+  };
+  await openSoon(read(), name, /\.nff$/i.test(name) ? "text/x-nff" : "application/json").catch((error) => say(error.message));
 }
 
 /** Whether a file hangs over the page. */

@@ -1,5 +1,4 @@
 // Questions to the JSON Schema of scenes: which keys and values may stand at a place, and what they mean. No effects.
-// The schema uses $ref, oneOf, anyOf, properties, items, additionalProperties, enum and default, and nothing harder.
 
 /** @typedef {any} Schema */
 /** @typedef {{ name: string, about: string, insert: string, isRequired: boolean }} Choice */

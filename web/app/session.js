@@ -1,11 +1,11 @@
 // What the page begins with, and its address: all that is seen is in the fragment, so that a reload or a link restores it.
 import { batch, effect, untracked } from "../vendor/preact.js";
-import { ask, askJson, goOffline, lookForNews } from "./api.js";
+import { askJson, askText, goOffline, lookForNews } from "./api.js";
 import { parsed, unpacked } from "./link.js";
 import { lookAt } from "./looking.js";
-import { open, openExample, opened } from "./scenes.js";
+import { openExample, openSoon, opened } from "./scenes.js";
 import { seen } from "./share.js";
-import { key, limits, panel, pixel, say, settings, status, text, view } from "./state.js";
+import { connection, key, limits, panel, pixel, say, settings, status, text, view } from "./state.js";
 
 const FIRST = "whitted/whitted";
 /** Milliseconds of rest before the address follows. */
@@ -25,10 +25,11 @@ let stepped = "";
 async function restore(words) {
   const of = parsed(words);
   try {
-    if (of.kept) open(keptText(of.kept), "the scene of this tab", of.type, of.kept);
-    else if (of.packed) open(await unpacked(of.packed), "a scene from a link", of.type);
-    else if (of.scene) open(await (await ask(`v1/scenes/${of.scene}`)).text(), of.scene);
-    else await openExample(of.example ?? FIRST);
+    const isOpen = of.kept ? await openSoon(keptText(of.kept), "the scene of this tab", of.type, of.kept)
+      : of.packed ? await openSoon(unpacked(of.packed), "a scene from a link", of.type)
+      : of.scene ? await openSoon(askText(`v1/scenes/${of.scene}`), of.scene)
+      : await openExample(of.example ?? FIRST);
+    if (!isOpen) return;
   } catch (error) {
     say(`This link cannot be opened: ${/** @type {Error} */ (error).message}`);
     if (text.peek() === "") await openExample(FIRST).catch((failure) => (status.value = { word: "failed", detail: failure.message }));
@@ -42,7 +43,7 @@ async function restore(words) {
 }
 
 /** The text of a scene whose address has only its name. @param {string} name */
-function keptText(name) {
+async function keptText(name) {
   const kept = sessionStorage.getItem(KEPT + name);
   if (kept === null) throw new Error("its scene is too long for an address, and this tab does not have it any more");
   return kept;
@@ -81,18 +82,26 @@ export async function start() {
   } catch {
     // Without storage there is no key yet.
   }
-  own = location.hash;
-  await restore(location.hash);
+  const show = (/** @type {string} */ words) => restore((own = words)).then(() => void (stepped = opened.peek()));
+  await show(location.hash);
   if (location.hash === "") say(matchMedia("(pointer: coarse)").matches ? "Change the text, tap a pixel, or pinch the picture." : "Change the text, hold Alt and drag a number, or click a pixel.");
   askJson("v1/limits").then((found) => (limits.value = found), () => {});
-  stepped = opened.peek();
-  addEventListener("hashchange", () => location.hash !== own && restore((own = location.hash)).then(() => (stepped = opened.peek())));
+  addEventListener("hashchange", () => location.hash !== own && show(location.hash));
+  // A page that has nothing yet begins when the service is back.
+  let wasOnline = connection.peek().online;
+  effect(() => {
+    const { online } = connection.value;
+    if (online && !wasOnline && text.peek() === "") untracked(() => show(own));
+    wasOnline = online;
+  });
   document.addEventListener("visibilitychange", () => document.hidden || lookForNews().catch(goOffline));
   let timer = 0;
   effect(() => {
     void [text.value, settings.value, panel.value, pixel.value, view.value];
     untracked(() => {
       clearTimeout(timer);
+      // The address of a scene that did not come stays.
+      if (text.peek() === "") return;
       timer = window.setTimeout(async () => {
         const before = [location.hash, opened.peek()];
         const next = `#${await seen(LONGEST)}`;

@@ -1,6 +1,6 @@
 // Sharing: a link to what is seen, the same request for the command line, and files.
 import { html, useEffect, useSignal } from "../vendor/preact.js";
-import { address, ask } from "./api.js";
+import { address, askBlob } from "./api.js";
 import { LONGEST_LINK, LONGEST_TEXT, curlLine, fileName, fragment, packed, programLine, tags } from "./link.js";
 import { example, opened } from "./scenes.js";
 import { isFitted } from "./looking.js";
@@ -45,8 +45,7 @@ const asked = () => shown.value?.settings ?? settings.value;
 /** @param {string} format @param {Record<string, string>} [more] */
 async function download(format, more = {}) {
   try {
-    const answer = await ask("v1/render", { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), ...more, format } });
-    save(await answer.blob(), `picture.${format}`);
+    save(await askBlob("v1/render", { body: text.peek(), type: origin.peek().type, query: { ...settings.peek(), ...more, format } }), `picture.${format}`);
   } catch (error) {
     say(/** @type {Error} */ (error).message);
   }

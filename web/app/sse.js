@@ -1,4 +1,4 @@
-// Server-Sent Events over fetch: the browser's own reader sends no key (whatwg/html#2177). The format is that of the HTML standard.
+// Server-Sent Events over fetch: the browser's own reader sends no key (whatwg/html#2177).
 import { Problem, Unreachable, ask, pause } from "./api.js";
 
 /** @typedef {{ event: string, data: any, id: string }} ServerEvent */

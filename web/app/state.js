@@ -198,6 +198,9 @@ export function removeLayer(id) {
   if (layers.peek().some((layer) => layer.id === id)) layers.value = layers.peek().filter((layer) => layer.id !== id);
 }
 
+/** Says that a module did not come: another version has other files. */
+export const missing = () => say("A part of this page did not come; your text is safe.", { label: "Reload", run: () => location.reload() });
+
 /** Says something to everybody, also to screen readers. @param {string} words @param {{ label: string, run: () => void }} [action] */
 export function say(words, action) {
   notice.value = { text: words, version: version.peek(), action };

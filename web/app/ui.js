@@ -1,4 +1,4 @@
-// Shared widgets. They hold no state of the page; what they show comes in, what is chosen goes out.
+// Shared widgets, without state of the page.
 import { html, useEffect, useId, useRef, useState } from "../vendor/preact.js";
 import { nodeOf, plain } from "./pointers.js";
 import { reveal, syntax, text } from "./state.js";

@@ -16,6 +16,8 @@ function draw(canvas) {
   const at = view.peek();
   const of = size.peek();
   const picture = shown.peek();
+  const [across, down] = [Math.round(at.width * ratio), Math.round(at.height * ratio)];
+  if (canvas.width !== across || canvas.height !== down) Object.assign(canvas, { width: across, height: down });
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, at.width, at.height);
   if (picture) drawPicture(context, picture, at, of, ratio);
@@ -115,6 +117,14 @@ export function sentence() {
   return `Picture of ${name}, ${width} by ${height} pixels, ${objects} objects${effects}`;
 }
 
+/** Tells of another density of pixels, on another screen. @param {() => void} tell */
+function watchScreen(tell) {
+  const control = new AbortController();
+  const watch = () => matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => (tell(), watch()), { once: true, signal: control.signal });
+  watch();
+  return () => control.abort();
+}
+
 export function Viewport() {
   const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
   useEffect(() => {
@@ -124,8 +134,6 @@ export function Viewport() {
     const resized = new ResizeObserver(() => {
       const { clientWidth: width, clientHeight: height } = element;
       if (width === 0 || height === 0) return;
-      element.width = Math.round(width * devicePixelRatio);
-      element.height = Math.round(height * devicePixelRatio);
       const room = { ...view.peek(), width, height };
       view.value = isFitted.peek() ? fitted(room, size.peek()) : placed(room, size.peek());
       // At once: a canvas that has a new size is empty.
@@ -133,6 +141,7 @@ export function Viewport() {
     });
     resized.observe(element);
     const stops = [
+      watchScreen(redraw),
       effect(() => {
         void [shown.value, view.value, layers.value, pixel.value, arrived.value, deep.value, isRefused()];
         redraw();

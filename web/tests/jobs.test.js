@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { after, ago, filterOf, labelsOf, nameOf, stateWords, submission, visible, withFilter } from "../app/panels/jobs-model.js";
+import { after, ago, filterOf, inside, labelsOf, nameOf, stateWords, submission, visible, withFilter } from "../app/panels/jobs-model.js";
 
 const job = (id, change = {}) => ({ id, state: "running", progress: { fraction: 0.25, tiles_done: 5, tiles_total: 20, rays: 0 }, position: null, eta_ms: 900, labels: [], ...change });
 
@@ -49,4 +49,9 @@ test("a filter goes into an address and comes back, and nonsense does not", () =
   assert.deepEqual(filterOf(url), { state: "failed", label: "a&b" });
   assert.equal(withFilter(url, { state: "", label: "" }).search, "?x=1");
   assert.deepEqual(filterOf(new URL("http://host/studio?state=toString&label=")), { state: "", label: "" });
+});
+
+test("a picture of another shape lies in the middle of a canvas", () => {
+  assert.deepEqual(inside({ width: 100, height: 100 }, { width: 176, height: 88 }), { x: 44, y: 0, w: 88, h: 88 });
+  assert.deepEqual(inside({ width: 200, height: 50 }, { width: 100, height: 100 }), { x: 0, y: 37.5, w: 100, h: 25 });
 });

@@ -153,3 +153,23 @@ test("a text whose picture is still here asks only for its plan", () => {
   const it = ladder();
   assert.deepEqual(types(it.next({ type: "known", now: 0 })), ["ask"]);
 });
+
+test("a service that is back is asked again for what failed, but not for what was only offered", () => {
+  const it = ladder();
+  it.next({ type: "edit", now: 0 });
+  assert.deepEqual(it.next({ type: "answer", rung: 0, version: 1, now: 5, outcome: "failed" }), []);
+  assert.deepEqual(sent(it.next({ type: "again", now: 600 })), [[0, 1]]);
+  it.next(picture(0, 1, 610, fast));
+  assert.deepEqual(sent(it.next(picture(1, 1, 700))), []);
+  // The plan was lost, too.
+  assert.deepEqual(types(it.next({ type: "again", now: 800 })), ["ask"]);
+  assert.deepEqual(types(it.next({ type: "predicted", version: 1, now: 900, ms: 60_000 })), ["offer"]);
+  assert.deepEqual(it.next({ type: "again", now: 1000 }), []);
+});
+
+test("who asks by hand does not wait for a busy service", () => {
+  const it = ladder();
+  it.next({ type: "edit", now: 0 });
+  it.next({ type: "busy", rung: 0, version: 1, now: 10, seconds: 3600 });
+  assert.deepEqual(sent(it.next({ type: "force", now: 1000 })), [[0, 1]]);
+});

@@ -1,5 +1,5 @@
-import { Backoff, Connection, json, pause } from "./connection.js";
-import { Jobs, checked, textOf } from "./jobs.js";
+import { Backoff, Connection, json, pause, withList } from "./connection.js";
+import { Jobs, checkLayers, checked, textOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
 import { passes } from "./parts.js";
 import { ConnectionError } from "./problems.js";
@@ -67,6 +67,7 @@ export class Client {
    * @returns {AsyncGenerator<import("./parts.js").Pass, void>}
    */
   async *stream(scene, options = {}, { signal } = {}) {
+    checkLayers("a stream", options);
     const { headers, ...request } = await this.#asked(scene, options), backoff = new Backoff(this.#connection.retries);
     const asked = { ...request, headers: { ...headers, accept: "multipart/mixed" }, signal };
     for (let scale = Infinity; ; ) {
@@ -171,7 +172,7 @@ export class Client {
    * @returns {Promise<Schemas["SceneProblem"][]>}
    */
   async validate(scene, options = {}, given) {
-    return (await this.#about("/v1/scenes/validate", scene, options, given, json)).warnings;
+    return (await this.#about("/v1/scenes/validate", scene, options, given, withList("warnings"))).warnings;
   }
 
   /**
@@ -209,7 +210,7 @@ export class Client {
   async rays(scene, queries, options = {}, { signal } = {}) {
     const body = `{"scene":${await textOf(scene)},"rays":${JSON.stringify(queries)}}`;
     const headers = { "content-type": "application/json" };
-    return (await this.#connection.ask("/v1/rays", { method: "POST", query: options, headers, body, signal }, json)).answers;
+    return (await this.#connection.ask("/v1/rays", { method: "POST", query: options, headers, body, signal }, withList("answers"))).answers;
   }
 
   /**

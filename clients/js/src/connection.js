@@ -113,8 +113,8 @@ export class Connection {
    * @param {Asked} asked
    * @param {AbortSignal} [signal]
    */
-  async send(path, { method = "GET", query = {}, headers = {}, body }, signal) {
-    const given = Object.entries(query).filter(([, value]) => value !== undefined && value !== null);
+  async send(path, { method = "GET", query, headers = {}, body }, signal) {
+    const given = Object.entries(query ?? {}).filter(([, value]) => value !== undefined && value !== null);
     const text = new URLSearchParams(given.map(([name, value]) => [name, String(value)])).toString();
     const answer = await this.fetch(`${this.url}${path}${text && `?${text}`}`, {
       method, headers: { ...headers, ...this.headers }, ...(body !== undefined && { body }), ...(signal && { signal }),
@@ -125,8 +125,9 @@ export class Connection {
       throw foreign(answer, "what was asked for");
     }
     const said = await answer.text();
-    const after = answer.headers.get("retry-after");
-    throw new Problem(answer.status, parsed(said), after === null || !(Number(after) >= 0) ? undefined : Number(after));
+    // A date would need a clock that agrees; the service sends seconds.
+    const after = answer.headers.get("retry-after") ?? "";
+    throw new Problem(answer.status, parsed(said), /^\d+$/.test(after) ? Number(after) : undefined);
   }
 
   /**
@@ -216,18 +217,35 @@ async function* partsOf(body, seconds, silent) {
 }
 
 /**
- * The answer of a service that speaks JSON.
+ * The answer of a service that speaks JSON, which is always an object.
  * @param {Response} answer
  * @returns {Promise<any>}
  */
 export async function json(answer) {
   const text = await answer.text();
+  let said;
   try {
-    return JSON.parse(text);
+    said = JSON.parse(text);
   } catch (cause) {
     throw foreign(answer, "JSON", cause);
   }
+  if (!isObject(said)) throw foreign(answer, "an object in JSON");
+  return said;
 }
+
+/**
+ * Reads an answer that has a list.
+ * @param {string} name
+ * @returns {(answer: Response) => Promise<any>}
+ */
+export const withList = (name) => async (answer) => {
+  const said = await json(answer);
+  if (!Array.isArray(said[name])) throw foreign(answer, `an object with ${name}`);
+  return said;
+};
+
+/** @param {unknown} value */
+export const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
 /**
  * Text for a header, which is checked here: `fetch` would show it in its error.

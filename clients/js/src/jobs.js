@@ -1,4 +1,4 @@
-import { Backoff, PATIENCE, first, headerValue, json, limitOf, pause } from "./connection.js";
+import { Backoff, PATIENCE, first, headerValue, json, limitOf, pause, withList } from "./connection.js";
 import { pictureOf } from "./picture.js";
 import { ConnectionError, DamagedError, Problem } from "./problems.js";
 import { events } from "./sse.js";
@@ -44,6 +44,7 @@ export class Jobs {
    * @param {import("./client.js").Given} [given]
    */
   async submit(scene, options = {}, { signal } = {}) {
+    checkLayers("a job", options);
     const { priority, labels, webhook, store, idempotencyKey = crypto.randomUUID(), wait, format, bits, quality, ...settings } = options;
     const output = { format, bits: bits === undefined ? undefined : String(bits), quality };
     const after = { webhook: webhook && { url: webhook }, store: store && (store === true ? {} : { key: store }) };
@@ -74,7 +75,7 @@ export class Jobs {
     let cursor;
     do {
       /** @type {Schemas["JobList"]} */
-      const page = await this.#connection.ask("/v1/jobs", { query: { state, label, cursor }, signal }, json);
+      const page = await this.#connection.ask("/v1/jobs", { query: { state, label, cursor }, signal }, withList("jobs"));
       for (const view of page.jobs) yield new Job(this.#connection, view);
       cursor = page.next;
     } while (cursor);
@@ -283,6 +284,15 @@ export class Job {
 export function checked(id) {
   if (!/^[\w-]+$/.test(id)) throw new TypeError(`${JSON.stringify(id)} is no id: ids have letters, digits, - and _`);
   return id;
+}
+
+/**
+ * Refuses what the types have not, before a scene is sent for nothing.
+ * @param {string} what
+ * @param {object} options
+ */
+export function checkLayers(what, options) {
+  if (Reflect.get(options, "layers") !== undefined) throw new TypeError(`${what} has no layers: render and tile have them`);
 }
 
 /**

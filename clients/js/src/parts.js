@@ -1,3 +1,4 @@
+import { isObject } from "./connection.js";
 import { Picture, checkDigest } from "./picture.js";
 import { DamagedError, Problem } from "./problems.js";
 
@@ -31,7 +32,7 @@ export async function* passes(answer) {
       continue;
     }
     const about = read(bytes);
-    if (about.problem) throw new Problem(about.problem.status, about.problem);
+    if (about.problem) throw new Problem(about.problem.status ?? 500, about.problem);
     if (!("report" in about)) {
       head = about;
       continue;
@@ -116,9 +117,12 @@ function joined(chunks, size) {
 
 /** @param {Uint8Array} bytes */
 function read(bytes) {
+  let about;
   try {
-    return JSON.parse(new TextDecoder().decode(bytes));
+    about = JSON.parse(new TextDecoder().decode(bytes));
   } catch (cause) {
     throw new DamagedError("a part of the picture is not JSON", { cause });
   }
+  if (!isObject(about)) throw new DamagedError("a part of the picture is no object");
+  return about;
 }

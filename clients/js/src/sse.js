@@ -1,3 +1,4 @@
+import { isObject } from "./connection.js";
 import { DamagedError } from "./problems.js";
 
 const MOST = 1 << 20;
@@ -34,9 +35,12 @@ export async function* events(parts, retry) {
 
 /** @param {string} text */
 function read(text) {
+  let data;
   try {
-    return JSON.parse(text);
+    data = JSON.parse(text);
   } catch (cause) {
     throw new DamagedError("an event of the stream is not JSON", { cause });
   }
+  if (!isObject(data)) throw new DamagedError("an event of the stream is no object");
+  return data;
 }

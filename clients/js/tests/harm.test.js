@@ -193,6 +193,29 @@ test("no error shows a secret, and what cannot be sent is said at once", async (
   await assert.rejects(new Job({}, { id: "a" }).events({ since: "1\n2" }).next(), /TypeError: the id of an event/);
 });
 
+test("what only renders have is refused before it is sent, and options that are none are left out", async () => {
+  const [client, got] = answers(VERSION);
+  await assert.rejects(client.jobs.submit(SCENE, { layers: "normal", format: "exr" }), /TypeError: a job has no layers/);
+  await assert.rejects(client.stream(SCENE, { layers: "normal" }).next(), /TypeError: a stream has no layers/);
+  assert.equal(got.length, 0);
+  await client.explain(SCENE, null);
+  assert.equal(got[0].url, "http://strahl.test/v1/explain");
+});
+
+test("JSON of something else is damaged, and a wait that is no number is none", async () => {
+  const all = async (some) => { for await (const _ of some); };
+  for (const [bodies, ask] of [[[], (c) => c.version()], [[], (c) => c.jobs.get("a")], [["{}"], (c) => all(c.jobs.list())], [["{}"], (c) => c.validate(SCENE)], [["{}"], (c) => c.rays(SCENE, [])]]) {
+    for (const body of ["[]", "null", "5", ...bodies]) await assert.rejects(ask(answers([200, {}, body])[0]), DamagedError, body);
+  }
+  for (const head of ["5", "null", "[]"]) {
+    await assert.rejects(all(answers([200, { "content-type": "multipart/mixed" }, part("application/json", head)])[0].stream(SCENE)), DamagedError);
+    await assert.rejects(all(answers([200, { "content-type": "text/event-stream" }, `event: tile\ndata: ${head}\n\n`])[0].jobs.events()), DamagedError);
+  }
+  for (const after of ["", "Wed, 21 Oct 2026 07:28:00 GMT", "-1"]) {
+    await assert.rejects(answers([503, { "retry-after": after }, ""])[0].version(), (error) => error.retryAfter === undefined);
+  }
+});
+
 test("a page is no answer of the service", async () => {
   const all = async (some) => { for await (const _ of some); };
   for (const ask of [(c) => c.version(), (c) => c.render(SCENE), (c) => all(c.stream(SCENE)), (c) => c.jobs.get("a"), (c) => all(c.jobs.list()),

@@ -9,7 +9,7 @@ export function limitOf(seconds: number): AbortSignal | undefined;
  */
 export function first(...signals: (AbortSignal | undefined)[]): AbortSignal | undefined;
 /**
- * The answer of a service that speaks JSON.
+ * The answer of a service that speaks JSON, which is always an object.
  * @param {Response} answer
  * @returns {Promise<any>}
  */
@@ -100,6 +100,8 @@ export class Connection {
      */
     shown(cause: unknown): unknown;
 }
+export function withList(name: string): (answer: Response) => Promise<any>;
+export function isObject(value: unknown): boolean;
 /**
  * A request.
  */

@@ -1153,7 +1153,7 @@ export interface components {
             depth: components["schemas"]["Depth"];
             /** @description Every effect the renderer knows. */
             effects: components["schemas"]["Effect"][];
-            /** @description Estimate of the whole picture. */
+            /** @description Estimate of the picture. */
             estimate?: components["schemas"]["Estimate"] | null;
             /**
              * Format: double
@@ -1377,7 +1377,10 @@ export interface components {
             /** @description Version of the renderer. */
             version: string;
         };
-        /** @description How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel. */
+        /**
+         * @description How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel; alpha is one, and where there is some,
+         *     colors are those over black.
+         */
         CodeErrors: {
             /** @description Errors in codes. */
             error: components["schemas"]["ErrorSpread"];
@@ -3514,7 +3517,7 @@ export interface components {
             depth: components["schemas"]["Depth"];
             /** @description Every effect the renderer knows. */
             effects: components["schemas"]["Effect"][];
-            /** @description Estimate of the whole picture. */
+            /** @description Estimate of the picture. */
             estimate?: components["schemas"]["Estimate"] | null;
             /**
              * Format: double
@@ -3838,7 +3841,7 @@ export interface components {
         Rays: {
             /**
              * Format: uint64
-             * @description Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished.
+             * @description Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished, and each pixel of a grid 32 pixels wide is traced in any case.
              */
             count: number;
         };
@@ -4744,7 +4747,7 @@ export interface components {
         TradeoffChoice: {
             /** @description From the reference. None if there was no time for one. */
             difference: components["schemas"]["Difference"] | null;
-            /** @description Its name; `proved:1` is what requests get that ask for nothing. */
+            /** @description Its name; `proved:1` is what requests get that ask for nothing, of scenes that ask for nothing. */
             name: string;
             /**
              * Format: uint8

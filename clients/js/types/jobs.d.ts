@@ -4,6 +4,12 @@
  */
 export function checked(id: string): string;
 /**
+ * Refuses what the types have not, before a scene is sent for nothing.
+ * @param {string} what
+ * @param {object} options
+ */
+export function checkLayers(what: string, options: object): void;
+/**
  * The text of a scene in JSON.
  * @param {import("./client.js").Scene} scene
  */

@@ -149,6 +149,24 @@ def test_a_service_that_is_silent_is_waited_for_as_long_as_the_client_says():
         Client(f"http://127.0.0.1:{silent.getsockname()[1]}", timeout=0.2).version()
 
 
+def test_an_answer_in_small_pieces_takes_no_longer_than_the_client_says():
+    def dribble(listener):
+        connection, _ = listener.accept()
+        with contextlib.suppress(OSError):
+            connection.recv(65536)
+            connection.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: application/json\r\nContent-Length: 1000\r\n\r\n")
+            for _ in range(50):
+                connection.sendall(b" ")
+                time.sleep(0.1)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=dribble, args=(listener,), daemon=True).start()
+        started = time.monotonic()
+        with pytest.raises(strahl.Unreachable, match="timed out"):
+            Client(f"http://127.0.0.1:{listener.getsockname()[1]}", timeout=0.5).version()
+        assert time.monotonic() - started < 2
+
+
 @contextlib.contextmanager
 def silent_after(*beginnings):
     """A service that sends one of these on each connection, and then nothing; its URL, and how often it was asked."""
@@ -213,6 +231,10 @@ def test_an_idle_stream_that_is_cut_is_opened_again_and_again(monkeypatch):
     refused = (403, {}, b"{}")
     pauses, error = pauses_of(monkeypatch, *[IDLE] * 9, refused)
     assert isinstance(error, strahl.Forbidden) and len(pauses) == 9 and all(1 <= pause < 2 for pause in pauses), pauses
+    for said in ("2500", "null", '"soon"'):
+        shutdown = (*IDLE[:2], b'event: shutdown\ndata: {"retry_ms":%b}\n\n' % said.encode())
+        pauses, _ = pauses_of(monkeypatch, shutdown, refused)
+        assert pauses[0] == (2.5 if said == "2500" else 5), said
     for said, least in ((b"2500", 2.5), (b"0", 0.5), (b"9" * 400, 120), (b"soon", 1)):
         pauses, _ = pauses_of(monkeypatch, (*IDLE[:2], b"retry: " + said + b"\n\n"), refused)
         assert least <= pauses[0] < least + 0.5, said
@@ -265,6 +287,49 @@ def test_what_cannot_be_sent_is_said_at_once(service):
         Client("http://strahl.test", transport=httpx.MockTransport(refuse)).version()
     assert "secret" not in "".join(traceback.format_exception(caught.value))
     assert time.monotonic() - started < 5, "nothing of this is tried again"
+
+
+def test_what_only_renders_have_is_refused_before_it_is_sent():
+    client, got = answers(retries=0)
+    for ask in (lambda: client.jobs.submit(SCENE, layers="normal", format="exr"), lambda: list(client.stream(SCENE, layers="normal"))):
+        with pytest.raises(strahl.InvalidArgument, match="has no layers"):
+            ask()
+    with pytest.raises(strahl.InvalidArgument, match=r"\['night'\]"):
+        client.jobs.submit(SCENE, labels="night")
+    # `bytes` of a number would be so many zeros.
+    for scene in (10**12, None, [], object()):
+        with pytest.raises(strahl.InvalidArgument, match="a scene is"):
+            client.render(scene)
+    assert not got
+
+
+def test_json_of_something_else_is_damaged():
+    def asks(client):
+        return [client.version, lambda: client.jobs.get("a"), lambda: list(client.jobs.list()), lambda: client.validate(SCENE),
+                lambda: client.rays(SCENE, [])]
+
+    for number in range(5):
+        for body in (b"[]", b"null", b"5", *([b"{}"] if number > 1 else [])):
+            with pytest.raises(strahl.Damaged, match="check that the URL"):
+                asks(answers((200, {"content-type": "application/json"}, body), retries=0)[0])[number]()
+    for head in (b"5", b"null", b"[]", b"{}", b'{"scale":1,"x":0,"final":false}'):
+        with pytest.raises(strahl.Damaged):
+            list(Parts().feed(part(b"application/json", head) + part(b"image/png", b"x")))
+    for problem in (b"5", b'{"status":"x"}'):
+        with pytest.raises(strahl.Problem):
+            list(Parts().feed(part(b"application/json", b'{"problem":%b}' % problem)))
+
+
+def test_a_download_that_ends_otherwise_leaves_nothing(tmp_path):
+    class Cut(httpx.SyncByteStream):
+        def __iter__(self):
+            yield b"a part"
+            raise KeyboardInterrupt
+
+    client = Client("http://strahl.test", transport=httpx.MockTransport(lambda request: httpx.Response(200, stream=Cut())))
+    with pytest.raises(KeyboardInterrupt):
+        strahl.Job(client, {"id": "a", "state": "succeeded"}).download(tmp_path / "a.png")
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_answer_that_cannot_be_unpacked_is_damaged(tmp_path):

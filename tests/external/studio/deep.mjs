@@ -63,6 +63,27 @@ async function refusals() {
   await clean(page, "refusals");
 }
 
+const BALL = '{ "version": 1, "image": { "width": 64, "height": 36 }, "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0, 0] } }, "render": { "antialias": false }, "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1 } }] }';
+
+/** A picture of so many samples that its tiles are smaller than the quick ones, until both are at their places. */
+async function samples() {
+  const page = await open(browser);
+  await page.evaluate((of) => (studio.setText(of), (studio.settings.value = { samples: "300" })), BALL);
+  await page.waitForFunction(() => studio.size.value.width === 64);
+  await settled(page);
+  await page.evaluate(() => studio.fit());
+  const box = await (await page.$("canvas.canvas")).boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.wheel({ deltaY: -240 });
+  await pause(500);
+  await complete(page);
+  const seen = await page.evaluate(() => studio.tiles(studio.view.value, devicePixelRatio, { x: 0, y: 0 }).map(({ bitmap, side }) => [bitmap.width, side]));
+  const edges = [...new Set(seen.map(([width]) => width))];
+  figure("tiles of 300 samples", `${seen.length} of ${edges} pixels`, seen.length > 2 && edges.join() === "256" && new Set(seen.map(([, side]) => side)).size === 1, "256");
+  await clean(page, "samples");
+}
+
 await storms();
 await refusals();
+await samples();
 await end(browser);

@@ -189,6 +189,18 @@ const flows = {
     await page.keyboard.press("0");
     return [before === null ? after === null : Math.abs(before.x - after.x) <= 2, zoom];
   },
+  async "a window that goes to a finer screen shows the whole picture there"(page) {
+    const { width, height } = page.viewport();
+    const seen = [];
+    for (const ratio of [2, 1]) {
+      await page.setViewport({ width, height, deviceScaleFactor: ratio });
+      // What a browser tells of another screen the emulation does not tell.
+      await page.keyboard.press("+");
+      const isSo = page.waitForFunction((of) => document.querySelector("canvas.canvas").width === document.querySelector("canvas.canvas").clientWidth * of, { timeout: 3000 }, ratio);
+      seen.push(await isSo.then(() => true, () => false));
+    }
+    return [seen.every(Boolean), seen.join()];
+  },
   async "examples open, and one can go back"(page) {
     const before = await state(page, "text");
     await page.keyboard.press("o");

@@ -24,16 +24,16 @@ export const percentile = (values, share) => values.toSorted((a, b) => a - b)[Ma
 
 export const launch = () => puppeteer.launch({ executablePath: browserPath, headless: true, args: FLAGS });
 
-/** A page of its own profile, which notes errors, violations of the policy, and requests to others. */
-export async function open(browser, { fragment = "", width = 1280, height = 800, scheme = "light", touch = false, before } = {}) {
+/** A page of its own profile at an address, which notes errors, violations of the policy, and requests to others. */
+export async function open(browser, { fragment = "", width = 1280, height = 800, scheme = "light", touch = false, at = base, before } = {}) {
   const context = await browser.createBrowserContext();
-  await context.overridePermissions(base, ["clipboard-read", "clipboard-write", "clipboard-sanitized-write"]);
+  await context.overridePermissions(at, ["clipboard-read", "clipboard-write", "clipboard-sanitized-write"]);
   const page = await context.newPage();
   page.wrong = [];
   page.on("pageerror", (error) => page.wrong.push(`error: ${error.message}`));
   page.on("request", (request) => {
     const url = request.url();
-    if (!url.startsWith(base) && !/^(blob|data|about):/.test(url)) page.wrong.push(`request to ${url}`);
+    if (!url.startsWith(at) && !/^(blob|data|about):/.test(url)) page.wrong.push(`request to ${url}`);
   });
   await page.evaluateOnNewDocument(() => {
     window.violations = [];
@@ -42,7 +42,7 @@ export async function open(browser, { fragment = "", width = 1280, height = 800,
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
   await page.setViewport({ width, height, hasTouch: touch, isMobile: touch });
   await before?.(page);
-  await page.goto(`${base}/studio${fragment}`, { waitUntil: "load" });
+  await page.goto(`${at}/studio${fragment}`, { waitUntil: "load" });
   await ready(page);
   return page;
 }

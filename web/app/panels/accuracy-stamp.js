@@ -1,7 +1,7 @@
 // "Same bytes": traces the picture again in other ways, and says whether each byte stays. Pieces are never the same twice, so that
 // the service cannot answer from what it has kept.
 import { html, useEffect, useState } from "../../vendor/preact.js";
-import { ask, patiently } from "../api.js";
+import { askBlob, patiently } from "../api.js";
 import { duration } from "../report.js";
 import { origin, shown } from "../state.js";
 import { Button, Icon } from "../ui.js";
@@ -55,8 +55,8 @@ async function assemble(of, pieces, extra, signal) {
     for (let piece = left.shift(); piece; piece = left.shift()) {
       const { x, y, w, h } = piece;
       const query = { ...of.settings, ...extra, x, y, w, h };
-      const answer = await patiently(() => ask("v1/render/tile", { body: of.text, type: origin.peek().type, query, accept: "image/png", signal }), signal);
-      const bitmap = await createImageBitmap(await answer.blob());
+      const blob = await patiently(() => askBlob("v1/render/tile", { body: of.text, type: origin.peek().type, query, accept: "image/png", signal }), signal);
+      const bitmap = await createImageBitmap(blob);
       context.drawImage(bitmap, x, y);
       bitmap.close();
     }

@@ -1,6 +1,6 @@
 // The list of jobs: one page of it, kept true by one stream of events while somebody looks, else by asking every five seconds.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, Unreachable, ask, askJson } from "../api.js";
+import { Problem, Unreachable, ask, askJson, patiently } from "../api.js";
 import { follow } from "../sse.js";
 import { connection, key, panel, say } from "../state.js";
 import { after, filterOf, isActive, nameOf, withFilter } from "./jobs-model.js";
@@ -186,7 +186,8 @@ export function end(job, what) {
   mark(job.id, what);
   const timer = setTimeout(async () => {
     try {
-      await ask(`v1/jobs/${job.id}${what === "cancel" ? "/cancel" : ""}`, { method: what === "cancel" ? "POST" : "DELETE" });
+      // A job that goes on costs: one that is busy is asked again.
+      await patiently(() => ask(`v1/jobs/${job.id}${what === "cancel" ? "/cancel" : ""}`, { method: what === "cancel" ? "POST" : "DELETE" }));
       if (what === "delete") batch(() => (leave(job.id), (jobs.value = jobs.peek().filter(({ id }) => id !== job.id))));
     } catch (error) {
       say(`${nameOf(job)}: ${/** @type {Error} */ (error).message}`);

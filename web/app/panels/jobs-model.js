@@ -16,6 +16,7 @@
  * @property {number} tile
  * @property {string | null} scene_id
  * @property {string | null} image_id
+ * @property {{ count: number, done: number }} [frames] of a sequence
  * @property {string} created_at
  * @property {string | null} started_at
  * @property {string | null} finished_at
@@ -23,6 +24,13 @@
  * @property {{ detail: string, title: string } | null} [problem]
  * @property {{ rays: number, render_ms: number, tiles_recovered: number, reused: boolean }} stats
  */
+
+/** How a picture of another shape lies in a canvas: as large as it goes, in the middle. @param {{ width: number, height: number }} picture @param {{ width: number, height: number }} canvas */
+export function inside(picture, canvas) {
+  const fit = Math.min(canvas.width / picture.width, canvas.height / picture.height);
+  const [w, h] = [picture.width * fit, picture.height * fit];
+  return { x: (canvas.width - w) / 2, y: (canvas.height - h) / 2, w, h };
+}
 
 /** @type {Record<JobState, string>} */
 export const STATES = { queued: "waiting", running: "running", succeeded: "done", failed: "failed", canceled: "canceled", expired: "expired" };

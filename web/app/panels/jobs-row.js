@@ -1,8 +1,8 @@
 // One job of the list: its picture so far, what it does, and what can be done with it.
 import { html, signal, useEffect, useRef, useState } from "../../vendor/preact.js";
-import { Problem, address, ask, askJson } from "../api.js";
+import { Problem, address, askJson, askText } from "../api.js";
 import { count, duration } from "../report.js";
-import { open } from "../scenes.js";
+import { openSoon } from "../scenes.js";
 import { copy } from "../share.js";
 import { say } from "../state.js";
 import { Button, Icon } from "../ui.js";
@@ -50,11 +50,11 @@ function Left({ job }) {
 async function openScene(job) {
   if (!job.scene_id) return say("The scene of this job has no id: it depends on files, or on a clock.");
   try {
-    const source = await ask(`v1/scenes/${job.scene_id}/source`).catch((error) => {
-      if (error instanceof Problem && error.status === 404) return ask(`v1/scenes/${job.scene_id}`);
+    const source = askText(`v1/scenes/${job.scene_id}/source`).catch((error) => {
+      if (error instanceof Problem && error.status === 404) return askText(`v1/scenes/${job.scene_id}`);
       throw error;
     });
-    open(await source.text(), nameOf(job));
+    await openSoon(source, nameOf(job));
   } catch (error) {
     say(/** @type {Error} */ (error).message);
   }

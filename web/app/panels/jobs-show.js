@@ -1,10 +1,10 @@
 // A job in the viewport: its picture so far lies over the scene's, and what is under the pointer is rendered next.
 import { computed, effect, html, signal, untracked } from "../../vendor/preact.js";
-import { Problem, ask, pause } from "../api.js";
-import { bitmaps, hover, putLayer, removeLayer, size } from "../state.js";
+import { Problem, ask, patiently, pause, whole } from "../api.js";
+import { bitmaps, connection, hover, putLayer, removeLayer, size } from "../state.js";
 import { Button } from "../ui.js";
 import { apart, hasPreview, jobs, revisions, showing } from "./jobs-list.js";
-import { isActive, nameOf, stateWords } from "./jobs-model.js";
+import { inside, isActive, nameOf, stateWords } from "./jobs-model.js";
 
 /** Milliseconds between two pictures, and between two wishes. */
 const PICTURES = 500;
@@ -47,11 +47,15 @@ function draw(context, view) {
   const [job, picture] = [shown.peek(), bitmap.peek()];
   const { left, top, scale } = place.peek();
   if (!job || !picture) return;
-  const at = (/** @type {number} */ x, /** @type {number} */ y) => [view.left + (left + x * scale) * view.scale, view.top + (top + y * scale) * view.scale];
+  const at = (/** @type {number} */ x, /** @type {number} */ y) => /** @type {[number, number]} */ ([view.left + (left + x * scale) * view.scale, view.top + (top + y * scale) * view.scale]);
   context.imageSmoothingEnabled = picture.width < job.width || view.scale < 1;
   const unit = scale * view.scale;
-  const [x, y] = at(0, 0);
-  context.drawImage(picture, x, y, job.width * unit, job.height * unit);
+  // At its end a sequence has a contact sheet, which is of another shape than its frames.
+  const box = job.frames ? inside(picture, job) : { x: 0, y: 0, w: job.width, h: job.height };
+  const [x, y] = at(box.x, box.y);
+  // Beside it the scene's own picture would look like a part of it.
+  if (job.frames) context.clearRect(...at(0, 0), job.width * unit, job.height * unit);
+  context.drawImage(picture, x, y, box.w * unit, box.h * unit);
   const part = wished.peek();
   if (!part || !isActive(job)) return;
   const [px, py] = at(part.x, part.y);
@@ -66,17 +70,17 @@ function draw(context, view) {
 async function load(job, signal) {
   const isWhole = job.state === "succeeded" && job.width * job.height <= LARGEST && job.width <= 16_384;
   try {
-    const answer = await ask(isWhole ? `v1/jobs/${job.id}/image` : `v1/jobs/${job.id}/preview`, { query: isWhole ? {} : { wait: 0 }, signal, priority: "low" });
+    const answer = await patiently(() => ask(isWhole ? `v1/jobs/${job.id}/image` : `v1/jobs/${job.id}/preview`, { query: isWhole ? {} : { wait: 0 }, signal, priority: "low" }), signal);
     if (isWhole && !/^image\/(png|jpeg|webp)/.test(answer.headers.get("content-type") ?? "")) {
       await answer.body?.cancel();
       return load({ ...job, state: "running" }, signal);
     }
-    const next = await createImageBitmap(await answer.blob());
+    const next = await createImageBitmap(await whole(answer.blob(), signal));
     if (signal.aborted) next.close();
     else put(next);
   } catch (error) {
-    // 409: there is no picture yet; 404 and 410: there is none any more.
-    if (!signal.aborted && error instanceof Problem && error.status !== 409) show(null);
+    // There is none any more, or not for this key; others come with the next event.
+    if (!signal.aborted && error instanceof Problem && [401, 403, 404, 410].includes(error.status)) show(null);
   }
 }
 
@@ -95,7 +99,8 @@ export function start() {
     if (job && job !== shown.peek()) shown.value = job;
     if (showing.value === "") shown.value = null;
   });
-  const revision = computed(() => `${showing.value} ${revisions.value.get(showing.value) ?? 0} ${shown.value?.state === "succeeded"} ${(shown.value?.progress.tiles_done ?? 0) > 0}`);
+  // What the service could not send comes when it is back.
+  const revision = computed(() => `${connection.value.online} ${showing.value} ${revisions.value.get(showing.value) ?? 0} ${shown.value?.state === "succeeded"} ${(shown.value?.progress.tiles_done ?? 0) > 0}`);
   let last = 0;
   let before = "";
   let taking = new AbortController();

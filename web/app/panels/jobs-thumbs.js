@@ -1,6 +1,7 @@
 // Small pictures of jobs: three at a time, drawn into the canvas of their row and closed.
-import { ask } from "../api.js";
+import { askBlob, patiently } from "../api.js";
 import { bitmaps } from "../state.js";
+import { inside } from "./jobs-model.js";
 
 /** @typedef {import("./jobs-model.js").Job} Job */
 
@@ -33,11 +34,17 @@ export async function thumbnail(job, canvas, signal) {
   await inTurn(async () => {
     latest.set(job.id, performance.now());
     try {
-      const answer = await ask(`v1/jobs/${job.id}/preview`, { query: { wait: 0 }, signal, priority: "low" });
-      const { width, height } = canvas;
-      const bitmap = await createImageBitmap(await answer.blob(), { resizeWidth: width, resizeHeight: height, resizeQuality: "medium" });
+      const blob = await patiently(() => askBlob(`v1/jobs/${job.id}/preview`, { query: { wait: 0 }, signal, priority: "low" }), signal);
+      const bitmap = await createImageBitmap(blob);
       bitmaps.made += 1;
-      if (!signal.aborted) canvas.getContext("2d")?.drawImage(bitmap, 0, 0);
+      const context = canvas.getContext("2d");
+      if (!signal.aborted && context) {
+        // The contact sheet of a sequence is of another shape.
+        const { x, y, w, h } = job.frames ? inside(bitmap, canvas) : { x: 0, y: 0, w: canvas.width, h: canvas.height };
+        context.imageSmoothingQuality = "high";
+        context.clearRect(0, 0, canvas.width, canvas.height);
+        context.drawImage(bitmap, x, y, w, h);
+      }
       bitmap.close();
       bitmaps.closed += 1;
     } catch {

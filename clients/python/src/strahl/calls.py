@@ -126,15 +126,30 @@ def _foreign(response: httpx.Response, wanted: str) -> Damaged:
     return Damaged(f"the answer is {_kind(response) or 'of no type'}, not {wanted}: check that the URL is that of the service")
 
 
-def _json(response: httpx.Response) -> Any:
+def _json(response: httpx.Response) -> dict[str, Any]:
+    """All answers in JSON are objects."""
     try:
-        return response.json()
+        answer = response.json()
     except ValueError as error:
         raise _foreign(response, "JSON") from error
+    if not isinstance(answer, dict):
+        raise _foreign(response, "an object in JSON")
+    return answer
 
 
 def _read(_: type[T]) -> Callable[[httpx.Response], T]:
     return lambda response: cast(T, _json(response))
+
+
+def _with_list(response: httpx.Response, name: str) -> dict[str, Any]:
+    answer = _json(response)
+    if not isinstance(answer.get(name), list):
+        raise _foreign(response, f"an object with {name}")
+    return answer
+
+
+def _list(name: str, _: type[T]) -> Callable[[httpx.Response], list[T]]:
+    return lambda response: cast(list[T], _with_list(response, name)[name])
 
 
 def _picture(response: httpx.Response) -> Picture:
@@ -154,7 +169,12 @@ def scene_body(scene: SceneLike) -> tuple[bytes, str]:
         return scene.read_bytes(), "application/gzip" if packed else "text/x-nff" if nff else "application/json"
     if isinstance(scene, Mapping):
         return _json_text(scene), "application/json"
-    return (_utf8(scene) if isinstance(scene, str) else bytes(scene)), "application/json"
+    if isinstance(scene, str):
+        return _utf8(scene), "application/json"
+    if not isinstance(scene, (bytes, bytearray, memoryview)):
+        # `bytes` of a number would be as many zeros.
+        raise InvalidArgument(f"a scene is a dict, its JSON text, its bytes or a Path, not {type(scene).__name__}")
+    return bytes(scene), "application/json"
 
 
 def _json_text(value: Any) -> bytes:
@@ -189,6 +209,17 @@ def about_scene(path: str, scene: SceneLike, read: Callable[[httpx.Response], T]
 
 def render(scene: SceneLike, options: Mapping[str, Any]) -> Call[Picture]:
     return about_scene("/v1/render", scene, _picture, options, "*/*")
+
+
+def streamed(scene: SceneLike, options: Mapping[str, Any]) -> Call[Picture]:
+    without_layers("a stream", options)
+    return render(scene, options)
+
+
+def without_layers(what: str, options: Mapping[str, Any]) -> None:
+    """Refuses what the types have not, before a scene is sent for nothing."""
+    if options.get("layers") is not None:
+        raise InvalidArgument(f"{what} has no layers: `render` and `tile` have them")
 
 
 def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) -> Call[Picture]:
@@ -241,8 +272,7 @@ def tradeoff(scene: SceneLike, seconds: float | None, options: Mapping[str, Any]
 
 
 def validate(scene: SceneLike, options: Mapping[str, Any]) -> Call[list[contract.SceneProblem]]:
-    read: Callable[[httpx.Response], list[contract.SceneProblem]] = lambda response: _json(response)["warnings"]
-    return about_scene("/v1/scenes/validate", scene, read, options)
+    return about_scene("/v1/scenes/validate", scene, _list("warnings", contract.SceneProblem), options)
 
 
 def map_of(scene: SceneLike, of: str, format: str, step: int | None, options: Mapping[str, Any]) -> Call[Picture]:
@@ -256,8 +286,7 @@ def tree(scene: SceneLike, x: int, y: int, all_samples: bool, options: Mapping[s
 
 def rays(scene: SceneLike, queries: Iterable[contract.RayQuery], options: Mapping[str, Any]) -> Call[list[contract.RayAnswer]]:
     body = b'{"scene":%b,"rays":%b}' % (_json_scene(scene), _json_text(list(queries)))
-    read: Callable[[httpx.Response], list[contract.RayAnswer]] = lambda response: _json(response)["answers"]
-    return Call("POST", "/v1/rays", read, query_of(options), {"Content-Type": "application/json"}, body)
+    return Call("POST", "/v1/rays", _list("answers", contract.RayAnswer), query_of(options), {"Content-Type": "application/json"}, body)
 
 
 def add_scene(scene: SceneLike, zoom: int | None, options: Mapping[str, Any]) -> Call[contract.KnownScene]:
@@ -280,6 +309,9 @@ def capability(job_id: str | None, image_id: str | None, scene_id: str | None, t
 
 def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, labels: Sequence[str],
            webhook: str | None, store: str | bool, idempotency_key: str | None, wait: int | None) -> Call[contract.JobView]:
+    without_layers("a job", options)
+    if isinstance(labels, str):
+        raise InvalidArgument(f"labels are a list, such as [{labels!r}]: a text is a list of its letters")
     output = {name: str(value) if name == "bits" else value for name, value in options.items()
               if name in Output.__annotations__ and value is not None}
     settings = {name: value for name, value in options.items() if name not in Output.__annotations__ and value is not None}
@@ -303,7 +335,7 @@ def job(job_id: str, wait: int | None = None) -> Call[contract.JobView]:
 
 def jobs(state: str | None, label: str | None, limit: int | None, cursor: str | None) -> Call[contract.JobList]:
     query = query_of({"state": state, "label": label, "limit": limit, "cursor": cursor})
-    return Call("GET", "/v1/jobs", _read(contract.JobList), query)
+    return Call("GET", "/v1/jobs", lambda response: cast(contract.JobList, _with_list(response, "jobs")), query)
 
 
 def cancel(job_id: str) -> Call[contract.JobView]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import Self, TypeVar, Unpack
 
@@ -57,7 +58,7 @@ class Client:
 
     def stream(self, scene: SceneLike, /, **options: Unpack[PictureOptions]) -> Iterator[Pass]:
         """The picture from coarse to fine; the last pass is the picture itself. Who stops listening cancels the render."""
-        call, backoff, finer = calls.render(scene, options), Backoff(self.retries), Finer()
+        call, backoff, finer = calls.streamed(scene, options), Backoff(self.retries), Finer()
         while True:
             answered = False
             try:
@@ -169,8 +170,18 @@ class Client:
             time.sleep(seconds)
 
     def _send(self, call: Call[T]) -> httpx.Response:
-        response = self._http.request(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body,
-                                      timeout=self._timeout + call.patience)
+        limit, content = self._timeout + call.patience, bytearray()
+        until = time.monotonic() + limit
+        stream = self._http.stream(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body, timeout=limit)
+        with stream as begun:
+            # httpx limits the wait for each piece, and there is no end of small pieces.
+            for piece in begun.iter_bytes():
+                content += piece
+                if time.monotonic() > until:
+                    raise httpx.ReadTimeout("timed out: the answer has no end")
+        # The content is unpacked already.
+        headers = {name: value for name, value in begun.headers.items() if name != "content-encoding"}
+        response = httpx.Response(begun.status_code, headers=headers, content=bytes(content))
         calls.check(response)
         return response
 
@@ -301,24 +312,28 @@ class Job:
 
     def download(self, path: str | os.PathLike[str]) -> None:
         """Writes its picture to a file, without keeping it in memory. The file is there only if it is whole."""
-        part = f"{os.fspath(path)}.part"
+        # Of its own: two downloads to one file do not mix.
+        part = f"{os.fspath(path)}.{uuid.uuid4().hex[:8]}.part"
         backoff = Backoff(self._client.retries)
-        while True:
-            digest = hashlib.sha256()
-            try:
-                with self._client._stream("GET", f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
-                    with open(part, "wb") as file:
-                        for chunk in response.iter_bytes():
-                            file.write(chunk)
-                            digest.update(chunk)
-                    check_digest(digest.digest(), response.headers)
-                return os.replace(part, path)
-            except FAILURES as error:
-                if (seconds := backoff.next(error)) is None:
-                    if os.path.exists(part):
-                        os.remove(part)
-                    give_up(error, self._client._http.base_url)
-            time.sleep(seconds)
+        try:
+            while True:
+                digest = hashlib.sha256()
+                try:
+                    with self._client._stream("GET", f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
+                        with open(part, "wb") as file:
+                            for chunk in response.iter_bytes():
+                                file.write(chunk)
+                                digest.update(chunk)
+                        check_digest(digest.digest(), response.headers)
+                    return os.replace(part, path)
+                except FAILURES as error:
+                    if (seconds := backoff.next(error)) is None:
+                        give_up(error, self._client._http.base_url)
+                time.sleep(seconds)
+        finally:
+            # Also if it is cancelled, or the disk is full.
+            with suppress(FileNotFoundError):
+                os.remove(part)
 
     def preview(self) -> Picture:
         """The picture so far, at most 1,024 pixels a side; waits for the first coarse one."""

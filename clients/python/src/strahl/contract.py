@@ -62,7 +62,7 @@ class Analyzed(TypedDict):
     depth: Depth
     # Every effect the renderer knows.
     effects: list[Effect]
-    # Estimate of the whole picture.
+    # Estimate of the picture.
     estimate: NotRequired[Estimate | None]
     # Milliseconds that the plan took, with its estimates, but without loading the scene.
     explain_ms: float
@@ -230,7 +230,8 @@ class Circumstances(TypedDict):
 
 
 class CodeErrors(TypedDict):
-    """How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel."""
+    """How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel; alpha is one, and where
+    there is some, colors are those over black."""
 
     # Errors in codes.
     error: ErrorSpread
@@ -1725,7 +1726,7 @@ class Plan(TypedDict):
     depth: Depth
     # Every effect the renderer knows.
     effects: list[Effect]
-    # Estimate of the whole picture.
+    # Estimate of the picture.
     estimate: NotRequired[Estimate | None]
     # Milliseconds that the plan took, with its estimates, but without loading the scene.
     explain_ms: float
@@ -1993,7 +1994,8 @@ class RayTree(TypedDict):
 class Rays(TypedDict):
     """Parameters of the rays mode."""
 
-    # Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished.
+    # Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished, and each pixel of a
+    # grid 32 pixels wide is traced in any case.
     count: int
 
 
@@ -2564,7 +2566,7 @@ class TradeoffChoice(TypedDict):
 
     # From the reference. None if there was no time for one.
     difference: Difference | None
-    # Its name; `proved:1` is what requests get that ask for nothing.
+    # Its name; `proved:1` is what requests get that ask for nothing, of scenes that ask for nothing.
     name: str
     # The bound proved for the end of the recursion, in 8-bit codes, if there is one: where the settings have
     # `max_codes`, compared with recursion to their `max_depth`, elsewhere with recursion without end.

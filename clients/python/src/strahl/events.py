@@ -106,7 +106,8 @@ class Follower:
         """The events in some bytes that are for the caller."""
         for event in self._parser.feed(part):
             if event.name == "shutdown":
-                self._pause = _bounded(float(event.data.get("retry_ms", 5_000)) / 1_000)
+                said = event.data.get("retry_ms")
+                self._pause = _bounded(said / 1_000 if isinstance(said, (int, float)) else 5.0)
                 continue
             self.last_id = event.id or self.last_id
             self.over = event.is_last and not self._endless

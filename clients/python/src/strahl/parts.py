@@ -74,8 +74,10 @@ class Parts:
             about = json.loads(body)
         except ValueError as error:
             raise Damaged("a part of the picture is not JSON") from error
+        if not isinstance(about, dict):
+            raise Damaged("a part of the picture is no object")
         if "problem" in about:
-            raise problem_of(int(about["problem"].get("status", 500)), about["problem"])
+            raise problem_of(_status(about["problem"]), about["problem"])
         if "report" in about:
             return self._pass(about["report"])
         self._head = about
@@ -85,9 +87,17 @@ class Parts:
         if self._file is None:
             raise Damaged("the picture is missing in its answer")
         head, (content, media_type) = self._head, self._file
-        region = (head["x"], head["y"], head["w"], head["h"]) if "x" in head else None
-        picture = picture_of_report(content, media_type, head, report)
-        return Pass(picture, head["scale"], region, bool(head["final"]), head.get("eta_ms"), report)
+        try:
+            region = (head["x"], head["y"], head["w"], head["h"]) if "x" in head else None
+            picture = picture_of_report(content, media_type, head, report)
+            return Pass(picture, head["scale"], region, bool(head["final"]), head.get("eta_ms"), report)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise Damaged(f"a part of the picture is not as the service writes it: {error!r}") from error
+
+
+def _status(problem: Any) -> int:
+    status = problem.get("status") if isinstance(problem, dict) else None
+    return status if isinstance(status, int) else 500
 
 
 class Finer:
