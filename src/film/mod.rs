@@ -143,6 +143,11 @@ impl Film {
         Cow::Owned(straight.iter().zip(&alpha).map(over).collect())
     }
 
+    /// The alpha that files of codes have; none where they have none.
+    pub fn codes_of_alpha(&self) -> Vec<u8> {
+        if self.is_clear() { self.straight().1.into_iter().map(code_of_alpha).collect() } else { Vec::new() }
+    }
+
     /// The linear colors that are shown, not multiplied by alpha, and their alpha. Files of codes have no colors above 1. So
     /// where a highlight on glass is brighter than its alpha, they have more alpha: over black the light is whole, and what is
     /// behind it shows less.

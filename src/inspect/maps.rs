@@ -91,7 +91,7 @@ impl Map {
         let width = self.region.width as usize;
         let mut pixels: Vec<[u8; 3]> = self.values.iter().map(|value| viridis(scale.along(unit * *value))).collect();
         pixels.extend(scale.rows(width));
-        Image8 { width, pixels }
+        Image8::opaque(width, pixels)
     }
 
     /// What the numbers are multiplied by for the scale, and the scale.

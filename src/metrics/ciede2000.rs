@@ -1,15 +1,17 @@
 //! The color difference CIEDE2000 (Sharma, Wu, Dalal, The CIEDE2000 Color-Difference Formula: Implementation Notes,
 //! Supplementary Test Data, and Mathematical Observations, 2005).
 
+use super::image::over_both;
 use super::{Image8, Spread};
 use crate::math::{self, atan2, pow, sin_cos, srgb_to_linear};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// CIEDE2000 of each pixel of two pictures of one size.
+/// CIEDE2000 of each pixel of two pictures of one size; where there is alpha, the larger of those over black and over white.
 pub fn ciede2000(a: &Image8, b: &Image8) -> Spread {
     let difference = |(a, b): (&[u8; 3], &[u8; 3])| if a == b { 0.0 } else { delta_e(lab(*a), lab(*b)) };
-    Spread::of(a.pixels.par_iter().zip(&b.pixels).map(difference).collect())
+    let all = |a: &Image8, b: &Image8| a.pixels.par_iter().zip(&b.pixels).map(difference).collect();
+    Spread::of(over_both(a, b, all))
 }
 
 /// CIELAB under D65 of an sRGB code.

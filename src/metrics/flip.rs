@@ -1,6 +1,7 @@
 //! FLIP, the difference that a person sees who flips between two pictures (Andersson, Nilsson, Akenine-Möller,
 //! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures.
 
+use super::image::over_both;
 use super::{Image8, Spread};
 use crate::math::{self, exp, pow, srgb_to_linear};
 use rayon::prelude::*;
@@ -16,8 +17,12 @@ pub fn flip(reference: &Image8, test: &Image8) -> Spread {
     Spread::of(flip_map(reference, test))
 }
 
-/// The same for each pixel, row by row.
+/// The same for each pixel, row by row; where there is alpha, the larger of those over black and over white.
 pub fn flip_map(reference: &Image8, test: &Image8) -> Vec<f64> {
+    over_both(reference, test, over_black)
+}
+
+fn over_black(reference: &Image8, test: &Image8) -> Vec<f64> {
     let (a, b) = (Seen::new(reference), Seen::new(test));
     let most = pow(hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])), 0.7);
     let pixel = |i: usize| {
@@ -198,7 +203,7 @@ mod tests {
     use super::*;
 
     fn picture(width: usize, pixels: impl IntoIterator<Item = [u8; 3]>) -> Image8 {
-        Image8 { width, pixels: pixels.into_iter().collect() }
+        Image8::opaque(width, pixels.into_iter().collect())
     }
 
     #[test]

@@ -9,11 +9,11 @@ use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use crate::control::{Cancelled, Control, milliseconds};
 use crate::film::Region;
-use crate::render::Refined;
-use crate::trace::counts::RayCounts;
-
+use crate::render::{CHUNK, COARSEST, Refined};
 use crate::scene::Scene;
+use crate::scene::description::{Accuracy, Rays, Time};
 use crate::scene::effects::Effect;
+use crate::trace::counts::RayCounts;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Instant;
@@ -118,7 +118,10 @@ impl Plan {
         let started = Instant::now();
         let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
-        let ms = |nanoseconds: f64| rounded(nanoseconds / threads as f64 * 1e-6);
+        let whole = pilot.nanoseconds() / threads as f64 * 1e-6;
+        let share = share(self.accuracy, whole, pilot.rays.value);
+        let ms = |nanoseconds: f64| rounded(share * nanoseconds / threads as f64 * 1e-6);
+        let count = |expected: f64| (share * expected).round() as u64;
         for effect in &mut self.explanation.effects {
             let (rays, nanoseconds) = match own(effect) {
                 Own::Kind(kind) => (pilot.kinds[kind], Some(pilot.times.nanoseconds[kind])),
@@ -126,24 +129,24 @@ impl Plan {
                 Own::Added => (pilot.added, Some(pilot.added_nanoseconds)),
                 Own::Nothing => (Expected::default(), (effect.state != State::On).then_some(0.0)),
             };
-            let [low, high] = rays.interval;
+            let [low, high] = rays.interval.map(|end| share * end);
             effect.est = Some(Estimated {
-                rays: rays.value.round() as u64,
+                rays: count(rays.value),
                 rays_ci: [low.floor() as u64, high.ceil() as u64],
                 ms: nanoseconds.map(|each| ms(rays.value * each)),
             });
         }
-        let [low, high] = pilot.rays.interval;
+        let [low, high] = self.rays_within(&pilot, share);
         let whole = pilot.nanoseconds();
         let off = whole * pilot.time_off;
         self.estimate = Some(Estimate {
             pixels: pilot.pixels,
             pilot_pixels: pilot.traced,
-            rays: pilot.rays.value.round() as u64,
+            rays: count(pilot.rays.value),
             rays_ci: [low.floor() as u64, high.ceil() as u64],
-            camera_rays: pilot.kinds[0].value.round() as u64,
-            refined_pixels: pilot.refined.value.round() as u64,
-            unproved_pixels: pilot.given_up.value.round() as u64,
+            camera_rays: count(pilot.kinds[0].value),
+            refined_pixels: count(pilot.refined.value),
+            unproved_pixels: count(pilot.given_up.value),
             ms: ms(whole),
             ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
             at_least: pilot.is_cut_off,
@@ -152,6 +155,21 @@ impl Plan {
         });
         self.explain_ms += milliseconds(started);
         Ok(pilot)
+    }
+
+    /// The interval of the rays of a share of the picture.
+    fn rays_within(&self, pilot: &Pilot, share: f64) -> [f64; 2] {
+        let [low, high] = pilot.rays.interval.map(|end| share * end);
+        match self.accuracy {
+            // How many there are in a time is as uncertain as their time.
+            Accuracy::Time(_) if share < 1.0 => [low / (1.0 + pilot.time_off), high * (1.0 + pilot.time_off)],
+            // The chunk that reaches the number is finished, unless it alone takes more.
+            Accuracy::Rays(Rays { count }) if share < 1.0 => {
+                let chunk = CHUNK as f64 * pilot.rays.value / pilot.pixels as f64;
+                [low.min(count as f64), high.max(count as f64) + chunk.min(count as f64)]
+            }
+            _ => [low, high],
+        }
     }
 
     /// Adds the actual cost of effects, and how deep rays went, given the rays and milliseconds of a picture.
@@ -180,6 +198,16 @@ impl Plan {
             effect.act = Some(Actual { rays: count, ms_estimated: share_ms, share_ms, saves_ms: None });
         }
     }
+}
+
+/// The share of a picture that there is where a time or a number of rays ends it, given the milliseconds and the rays of all of it.
+fn share(accuracy: Accuracy, ms: f64, rays: f64) -> f64 {
+    let share = match accuracy {
+        Accuracy::Time(Time { ms: most }) => most / ms,
+        Accuracy::Rays(Rays { count }) => count as f64 / rays,
+        _ => 1.0,
+    };
+    share.clamp(COARSEST, 1.0)
 }
 
 fn is_zero(n: &u64) -> bool {

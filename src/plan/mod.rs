@@ -15,7 +15,7 @@ use crate::accel::ALLOCATION;
 use crate::control::milliseconds;
 use crate::lanes::Real;
 use crate::scene::compile::Precise;
-use crate::scene::description::{Description, Precision};
+use crate::scene::description::{Accuracy, Description, Precision};
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::scene::{Problem, Scene};
@@ -45,7 +45,10 @@ pub struct Plan {
     pub overlap: f64,
     /// Warnings about the scene.
     pub warnings: Vec<Problem>,
-    /// Estimate of the whole picture.
+    /// What ends the recursion, and may end the picture.
+    #[serde(skip)]
+    pub accuracy: Accuracy,
+    /// Estimate of the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
     /// Milliseconds that the plan took, with its estimates, but without loading the scene.
@@ -69,6 +72,7 @@ pub struct Kernel {
 #[derive(Debug, Clone)]
 pub struct Outline {
     max_depth: Option<u32>,
+    accuracy: Accuracy,
     /// Values of the pointers of effects.
     values: Vec<(Effect, BTreeMap<String, Value>)>,
 }
@@ -80,7 +84,8 @@ impl Outline {
         let values = scene.effects.iter().map(|entry| (entry.effect, lookup.values(&entry.because)));
         let mut values: Vec<_> = values.filter(|(_, values)| !values.is_empty()).collect();
         values.shrink_to_fit();
-        Self { max_depth: description.render.max_depth, values }
+        let render = &description.render;
+        Self { max_depth: render.max_depth, accuracy: render.accuracy(), values }
     }
 
     /// The plan of the scene.
@@ -103,6 +108,7 @@ impl Outline {
             depth,
             overlap: scene.overlap,
             warnings,
+            accuracy: self.accuracy,
             estimate: None,
             explain_ms: milliseconds(started),
         }

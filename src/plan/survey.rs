@@ -80,18 +80,19 @@ impl Survey {
             let cost = PacketCost { rays: rays.times(1.0 + more), nanoseconds: nanoseconds * (1.0 + more) };
             Block::new(scene, at, codes, cost)
         };
-        let trace = |k: u32| -> Vec<(u32, Block)> {
+        let trace_run = |k: u32, end: &Control| -> Vec<(u32, Block)> {
             if k > 0 && is_late(1.0) {
                 return Vec::new();
             }
             let run: Vec<u32> = (k * RUN..cells.count().min((k + 1) * RUN)).map(|k| cells.visited(k)).collect();
             let regions: Vec<Region> = run.iter().map(|cell| cells.block(*cell)).collect();
-            let _entered = in_time.enter();
+            let _entered = end.enter();
             let traced = probe.blocks(&regions).into_iter().zip(regions);
             run.into_iter().zip(traced.map(|((codes, cost), at)| block(at, &codes, cost))).collect()
         };
         let trace = |runs: Range<u32>| -> Vec<(u32, Block)> {
-            let mut blocks: Vec<_> = runs.into_par_iter().with_max_len(1).flat_map_iter(trace).collect();
+            let of_run = |k: u32| trace_run(k, &in_time);
+            let mut blocks: Vec<_> = runs.into_par_iter().with_max_len(1).flat_map_iter(of_run).collect();
             let is_begun = |(_, block): &(u32, Block)| block.base.camera > 0;
             if in_time.is_cancelled() && blocks.iter().any(is_begun) {
                 // Those that were not begun tell nothing; one that was takes at least what it took so far.
@@ -99,7 +100,7 @@ impl Survey {
             }
             blocks
         };
-        let (refines, traced) = (scene.refines(), trace(0..first));
+        let (refines, mut traced) = (scene.refines(), trace(0..first));
         let mut survey = Self {
             blocks: Vec::new(),
             chances: [Chances::default(); 2],
@@ -114,6 +115,16 @@ impl Survey {
         let share = effort.share * if refines { OF_BLOCKS } else { 1.0 };
         let times = (share * survey.rays(region) / survey.base_rays()).clamp(1.0, f64::from(FIRST));
         let more = trace(first..runs.min((f64::from(first) * times) as u32));
+        if more.len() < traced.len() {
+            // The first run filled tables of the scene. It is traced again, if that is quick.
+            let soon = Control::until(Instant::now() + effort.time);
+            let again = trace_run(0, &soon);
+            if !soon.is_cancelled() {
+                for ((_, block), (_, again)) in traced.iter_mut().zip(again) {
+                    block.nanoseconds = block.nanoseconds.min(again.nanoseconds);
+                }
+            }
+        }
         survey.set(in_order(traced, more));
         if refines {
             let share = effort.share * (1.0 - OF_BLOCKS);

@@ -12,8 +12,12 @@ use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::Pruning;
 use rayon::prelude::*;
 
+/// Distance of the pixels of the first rung.
+const COARSE: u32 = 32;
+/// Share of the pixels that are always traced, in the first rung.
+pub(crate) const COARSEST: f64 = 1.0 / (COARSE * COARSE) as f64;
 /// The first rungs: the distance of their pixels, across and down, and the share of them that is taken, the best first.
-const COVERING: [(u32, f64); 5] = [(32, 1.0), (8, 1.0), (4, 1.0), (2, 0.5), (2, 1.0)];
+const COVERING: [(u32, f64); 5] = [(COARSE, 1.0), (8, 1.0), (4, 1.0), (2, 0.5), (2, 1.0)];
 /// The share of all that is left that each later rung takes. With smaller ones the order is better, and more time goes into it.
 const SHARE: f64 = 0.15;
 /// Rungs after which each takes all that is left.
@@ -21,7 +25,7 @@ const RUNGS: usize = COVERING.len() + 16;
 /// The least number of pixels in a rung, since all threads wait for its end.
 const FEWEST: usize = 1_024;
 /// Pixels in a chunk of one sample each.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 /// Weight below which rays are omitted from the first sample of a pixel. In a hall of mirrors and in glass this takes half of
 /// the rays.
 const LIGHT: f64 = 0.05;

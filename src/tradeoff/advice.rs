@@ -83,6 +83,10 @@ fn enough_of(points: &[&Point], name: impl Fn(&Point) -> String) -> Option<Strin
                 coarser.last().map_or(String::new(), |p| format!("; {} errs by up to {} codes", name(p), worst(p)));
             format!("{} {how}{before}.", name(finest))
         }
+        // What takes as long saves nothing.
+        Some((enough, how)) if ms(enough) >= 0.9 * ms(finest) => {
+            format!("{} {how}; {} takes no longer.", name(enough), name(finest))
+        }
         Some((enough, how)) => format!(
             "{} {how}, and takes {} of the time of {} ({} of {} ms).",
             name(enough),
@@ -248,11 +252,10 @@ mod tests {
             antialias: true,
             precision: Precision::Single,
         };
-        let reference = Image8 { width: 1, pixels: vec![[100; 3]] };
+        let reference = Image8::opaque(1, vec![[100; 3]]);
         let mut points = points(asked, LeftOut::default(), None);
         for point in &mut points {
-            let error =
-                Difference::of(&reference, &Image8 { width: 1, pixels: vec![[100 + codes(&point.settings); 3]] });
+            let error = Difference::of(&reference, &Image8::opaque(1, vec![[100 + codes(&point.settings); 3]]));
             point.time = Times::of(&[time(&point.settings)]);
             point.measured = Errors { truncation: Some(error), sampling: Some(error), total: Some(error) };
         }

@@ -40,12 +40,16 @@ impl Seen {
 
 /// The whole answer.
 pub(super) fn sentences(choices: &Choices, scaled: bool) -> String {
+    let measured = || choices.all.iter().filter(|choice| choice.request_ms.is_some());
     let Some((index, ms)) = choices.recommended.and_then(|i| Some((i, choices.all[i].request_ms?))) else {
-        return "Nothing could be measured in the time there was: allow more seconds, or ask for a smaller picture."
-            .into();
+        return match measured().count() {
+            0 => "Nothing could be measured in the time there was: allow more seconds, or ask for a smaller picture.",
+            _ => "No setting can be judged, as there was no time for a picture to compare with: allow more seconds.",
+        }
+        .into();
     };
     let recommended = &choices.all[index];
-    let measured = || choices.all.iter().filter(|choice| choice.request_ms.is_some());
+    let in_words = |choice: &Choice| in_words(choices, choice);
     let about = if scaled { "about " } else { "" };
     let mut all = Vec::new();
     if measured().count() > 1 && measured().all(Choice::is_exact) {
@@ -78,10 +82,10 @@ pub(super) fn sentences(choices: &Choices, scaled: bool) -> String {
 }
 
 /// A setting for those who do not know it.
-fn in_words(choice: &Choice) -> String {
+fn in_words(choices: &Choices, choice: &Choice) -> String {
     let name = choice.name.as_str();
     match name.split_once(' ') {
-        _ if name == DEFAULT => format!("the default ({DEFAULT})"),
+        _ if name == DEFAULT && choices.has_default() => format!("the default ({DEFAULT})"),
         _ if name == ASKED => "the scene's own settings".to_owned(),
         Some(("depth", rays)) => format!("{name} (at most {rays} rays in a chain)"),
         Some(("weight", _)) => format!("{name} (fainter rays are left out)"),
@@ -117,7 +121,7 @@ fn quicker(choices: &Choices, ms: f64) -> Option<String> {
         return Some(format!("No other setting takes less than {} of that time", percent(CLEARLY_LESS)));
     };
     let (codes, part) = (quicker.codes()?, share(quicker.request_ms? / ms));
-    let takes = format!("Quicker: {} takes {part} that time and is", in_words(quicker));
+    let takes = format!("Quicker: {} takes {part} that time and is", in_words(choices, quicker));
     Some(match Seen::of(codes) {
         _ if quicker.is_exact() => format!("{takes} {}, too", same(choices)),
         seen => format!("{takes} off by {}, which {}", of_255(codes), seen.verb()),
@@ -132,23 +136,26 @@ fn default(choices: &Choices, recommended: usize, ms: f64) -> Option<String> {
     }
     let default = choices.all.iter().find(|choice| choice.name == DEFAULT)?;
     let Some(its) = default.request_ms else {
-        return Some(format!("There was no time for {}", in_words(default)));
+        return Some(format!("There was no time for {}", in_words(choices, default)));
     };
     let gain = match (default.codes()?, choices.all[recommended].codes()?) {
         (a, b) if a < b => format!("off by {} instead of {}", figure(a), figure(b)),
         (a, b) if a == b => "no nearer".to_owned(),
         (a, _) => format!("off by {}", of_255(a)),
     };
-    Some(format!("{} takes {}, {gain}", capital(&in_words(default)), as_long(its / ms)))
+    Some(format!("{} takes {}, {gain}", capital(&in_words(choices, default)), as_long(its / ms)))
 }
 
 /// What the exact picture costs, if it is another one.
 fn exact(choices: &Choices, recommended: usize, ms: f64) -> Option<String> {
+    if choices.all[recommended].is_exact() {
+        return None;
+    }
     if let Some(index) = choices.exact {
         let exact = &choices.all[index];
         let is_new = index != recommended && Some(index) != choices.quicker;
         let takes = as_long(exact.request_ms? / ms);
-        return is_new.then(|| format!("{}: {} takes {takes}", capital(same(choices)), in_words(exact)));
+        return is_new.then(|| format!("{}: {} takes {takes}", capital(same(choices)), in_words(choices, exact)));
     }
     let known = choices.all.iter().enumerate().filter_map(|(i, choice)| Some((i, choice, choice.codes()?)));
     let (index, nearest, codes) = known.min_by(|a, b| a.2.total_cmp(&b.2))?;
@@ -161,7 +168,7 @@ fn exact(choices: &Choices, recommended: usize, ms: f64) -> Option<String> {
     } else {
         format!("exact but for fewer than 1 pixel in 1000 (up to {} off)", figure(nearest.most_codes()?))
     };
-    Some(format!("Nearest: {} takes {} and is {off}", in_words(nearest), as_long(nearest.request_ms? / ms)))
+    Some(format!("Nearest: {} takes {} and is {off}", in_words(choices, nearest), as_long(nearest.request_ms? / ms)))
 }
 
 /// A time beside another, after "takes".
@@ -275,7 +282,7 @@ mod tests {
 
     #[test]
     fn it_holds_in_all_extremes() {
-        let cases: [(&[Measured], &str); 9] = [
+        let cases: [(&[Measured], &str); 10] = [
             (&[], "Nothing could be measured in the time there was: allow more seconds, or ask for a smaller picture."),
             (
                 &[PROVED],
@@ -303,6 +310,11 @@ mod tests {
                  turns. Quicker: depth 3 (at most 3 rays in a chain) takes 29 % of that time and is off by 120 of 255 codes, which \
                  are obvious. There was no time for the default (proved:1).",
             ),
+            // No reference, and nothing proved.
+            (
+                &[("depth 3", Some(7.0), None, None), ("depth 5", Some(14.0), None, None)],
+                "No setting can be judged, as there was no time for a picture to compare with: allow more seconds.",
+            ),
             // No reference.
             (
                 &[("proved:1", Some(14.0), None, Some(1)), ("depth 3", Some(7.0), None, None)],
@@ -328,7 +340,7 @@ mod tests {
             (
                 &[("as the scene says", Some(7.0), Some(0.5), None), ("proved:1", Some(14.0), Some(0.0), None)],
                 "Take the scene's own settings: 7 ms, and nothing you can see is missing. No other setting takes less than 75 % of \
-                 that time. Exact to the last bit: the default (proved:1) takes 2 times as long.",
+                 that time. Exact to the last bit: proved:1 takes 2 times as long.",
             ),
         ];
         for (measured, text) in cases {

@@ -37,13 +37,16 @@ pub struct Choices {
     pub quicker: Option<usize>,
     /// The quickest that is the reference's picture in every pixel.
     pub exact: Option<usize>,
+    /// Whether requests that name no number of samples leave it to the pixels.
+    #[serde(skip)]
+    pub(super) is_adaptive: bool,
 }
 
 /// One setting, with the samples that the scene asks for.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[schemars(rename = "TradeoffChoice")]
 pub struct Choice {
-    /// Its name; `proved:1` is what requests get that ask for nothing.
+    /// Its name; `proved:1` is what requests get that ask for nothing, of scenes that ask for nothing.
     pub name: String,
     /// The settings.
     pub settings: Settings,
@@ -103,7 +106,7 @@ pub fn settings(asked: Settings, proved_depth: Option<u32>) -> Vec<(String, Sett
     all
 }
 
-/// What requests get that ask for nothing.
+/// What requests get that ask for nothing, of scenes that ask for nothing.
 pub(super) const DEFAULT: &str = "proved:1";
 /// The default with one sample in the middle of each pixel, where edges have more.
 pub(super) const NO_ANTIALIASING: &str = "no antialiasing";
@@ -143,10 +146,27 @@ impl Choices {
         let quicker = recommended.and_then(|index| quicker(&all, index));
         let exact = all.iter().position(|choice| choice.request_ms.is_some() && choice.is_exact());
         let (answer, remarks) = (String::new(), remarks(&all, &measured));
-        let mut choices =
-            Self { answer, remarks, reference, size, load_ms, encode_ms, all, recommended, quicker, exact };
+        let is_adaptive = measured.left_out.is_adaptive();
+        let mut choices = Self {
+            answer,
+            remarks,
+            reference,
+            size,
+            load_ms,
+            encode_ms,
+            all,
+            recommended,
+            quicker,
+            exact,
+            is_adaptive,
+        };
         choices.answer = answer::sentences(&choices, size != asked_size);
         choices
+    }
+
+    /// Whether requests that ask for nothing get what is called the default.
+    pub(super) fn has_default(&self) -> bool {
+        !self.is_adaptive && !self.all.iter().any(|choice| choice.name == ASKED)
     }
 
     /// Whether the reference is known to be exact.
@@ -176,7 +196,8 @@ fn recommended(all: &[Choice]) -> Option<usize> {
     let codes = |index: usize| all[index].codes().unwrap_or(f64::INFINITY);
     let best = measured().map(codes).fold(f64::INFINITY, f64::min);
     if best == f64::INFINITY {
-        return measured().find(|&index| all[index].name == DEFAULT).or_else(|| measured().next());
+        // Without a picture to compare with, only what is proved or what the scene asks for.
+        return [DEFAULT, ASKED].into_iter().find_map(|name| measured().find(|&index| all[index].name == name));
     }
     let ms = |index: usize| all[index].request_ms.unwrap_or(f64::INFINITY);
     let good = |tolerance: f64| measured().filter(move |&index| Seen::of(codes(index) - tolerance) <= Seen::of(best));
@@ -258,7 +279,7 @@ pub(super) mod tests {
 
     /// A difference of some codes in all pixels but single ones.
     pub(crate) fn difference(codes: f64, most: f64) -> Difference {
-        let picture = Image8 { width: 1, pixels: vec![[0; 3]] };
+        let picture = Image8::opaque(1, vec![[0; 3]]);
         let mut difference = Difference::of(&picture, &picture);
         difference.codes.error = Spread { p999: codes, max: most, ..difference.codes.error };
         difference
@@ -283,7 +304,7 @@ pub(super) mod tests {
             rays: None,
             difference: codes.map(|codes| difference(codes, codes)),
             proved_codes: *proved_codes,
-            picture: Some(Image8 { width: 1, pixels: vec![[0; 3]] }),
+            picture: Some(Image8::opaque(1, vec![[0; 3]])),
         };
         Choices::among(all.iter().map(choice).collect(), measured())
     }

@@ -23,6 +23,11 @@ impl LeftOut {
         self.mode.is_some()
     }
 
+    /// Whether the number of samples is.
+    pub(super) fn is_adaptive(&self) -> bool {
+        self.adaptive
+    }
+
     /// A sentence for each.
     pub(super) fn remarks(&self) -> Vec<String> {
         let mode = self.mode.map(|mode| {

@@ -30,16 +30,16 @@ const LARGE: usize = 800;
 const MAGNIFIED: u16 = 16;
 
 impl Image8 {
-    /// A smaller copy: the mean of the codes in each square.
+    /// A smaller copy, over white: the mean of the codes in each square.
     #[must_use]
     pub fn thumbnail(&self) -> Self {
         self.at_most(THUMBNAIL)
     }
 
-    /// A copy at most some pixels across: the mean of the codes in each square.
+    /// A copy at most some pixels across, over white: the mean of the codes in each square.
     #[must_use]
     pub fn at_most(&self, across: usize) -> Self {
-        self.reduced(across, |square| {
+        self.over_white().reduced(across, |square| {
             let count = square.len() as u32;
             std::array::from_fn(|c| (square.iter().map(|p| u32::from(p[c])).sum::<u32>() / count) as u8)
         })
@@ -48,9 +48,7 @@ impl Image8 {
     /// A smaller picture of the differences to another of the same size: the largest in each square, magnified.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Self {
-        let differ = |(a, b): (&[u8; 3], &[u8; 3])| std::array::from_fn(|c| a[c].abs_diff(b[c]));
-        let pixels: Vec<[u8; 3]> = self.pixels.iter().zip(&other.pixels).map(differ).collect();
-        Self { width: self.width, pixels }.reduced(THUMBNAIL, |square| {
+        Self::opaque(self.width, self.differences(other)).reduced(THUMBNAIL, |square| {
             let largest = |c: usize| square.iter().map(|p| p[c]).max().unwrap_or(0);
             std::array::from_fn(|c| (u16::from(largest(c)) * MAGNIFIED).min(255) as u8)
         })
@@ -67,7 +65,7 @@ impl Image8 {
                 rows.flat_map(|row| &row[left..(left + edge).min(self.width)]).copied().collect();
             pixel(&square)
         };
-        Self { width, pixels: (0..width * height).map(square).collect() }
+        Self::opaque(width, (0..width * height).map(square).collect())
     }
 }
 
@@ -195,7 +193,7 @@ fn choices(page: &mut String, tradeoff: &Tradeoff) {
             choice.codes().map_or_else(|| "–".to_owned(), figure),
             if choice.request_ms.is_some() { in_short(choices, choice) } else { "–".to_owned() },
             proved(choice),
-            escape(&query(choice)),
+            escape(&query(choices, choice)),
         );
     }
     page.push_str("</tbody></table>");
@@ -223,7 +221,7 @@ fn proved(choice: &Choice) -> String {
 }
 
 /// What to add to a request's address for a choice.
-fn query(choice: &Choice) -> String {
+fn query(choices: &Choices, choice: &Choice) -> String {
     let s = &choice.settings;
     let mut query = match s.max_codes {
         Some(codes) => format!("accuracy=proved:{codes}"),
@@ -231,6 +229,9 @@ fn query(choice: &Choice) -> String {
             format!("accuracy=fixed&max_depth={}&min_weight={}", s.max_depth.unwrap_or_default(), s.min_weight)
         }
     };
+    if choices.is_adaptive {
+        let _ = write!(query, "&samples={}", s.samples);
+    }
     // Else it is as the scene asks.
     if choice.name == NO_ANTIALIASING {
         query.push_str("&antialias=false");
@@ -414,14 +415,14 @@ mod tests {
     #[test]
     fn small_pictures_keep_single_wrong_pixels() {
         let (width, height) = (3 * THUMBNAIL + 1, 5);
-        let black = Image8 { width, pixels: vec![[0; 3]; width * height] };
+        let black = Image8::opaque(width, vec![[0; 3]; width * height]);
         let mut one = black.clone();
         one.pixels[2 * width + 7] = [0, 2, 200];
         let small = one.difference(&black);
         assert_eq!((small.width, small.height()), (109, 2));
         assert_eq!(small.pixels[1], [0, 32, 255]);
         assert_eq!(small.pixels.iter().filter(|p| **p != [0; 3]).count(), 1);
-        let grey = Image8 { width, pixels: vec![[9; 3]; width * height] };
+        let grey = Image8::opaque(width, vec![[9; 3]; width * height]);
         assert!(grey.thumbnail().pixels.iter().all(|p| *p == [9; 3]));
     }
 

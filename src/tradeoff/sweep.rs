@@ -308,10 +308,10 @@ mod tests {
 
     #[test]
     fn the_same_picture_differs_by_nothing() {
-        let a = Image8 { width: 2, pixels: vec![[10, 20, 30], [0, 255, 0]] };
+        let a = Image8::opaque(2, vec![[10, 20, 30], [0, 255, 0]]);
         let same = Difference::of(&a, &a);
         assert_eq!((same.codes.error.max, same.rms_codes, same.flip.max, same.ciede2000.max), (0.0, 0.0, 0.0, 0.0));
-        let b = Image8 { width: 2, pixels: vec![[10, 23, 30], [0, 255, 0]] };
+        let b = Image8::opaque(2, vec![[10, 23, 30], [0, 255, 0]]);
         assert!((Difference::of(&a, &b).rms_codes - 1.5f64.sqrt()).abs() < 1e-12);
     }
 }

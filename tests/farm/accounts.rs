@@ -179,9 +179,10 @@ fn strangers_and_brokers_with_other_certificates_are_refused() {
         ("a node", farm.flags("node", "broker-ca.crt"), "farm accounts"),
     ];
     // All at one time, since each tries for some seconds.
+    let farm = &farm;
     thread::scope(|scope| {
         for (who, flags, advice) in &attempts {
-            scope.spawn(|| {
+            scope.spawn(move || {
                 let (code, said) = farm.front(flags).map(|_| ()).expect_err(who);
                 assert!(code == Some(1) && said.contains(advice), "{who}: {code:?} {said}");
             });

@@ -135,9 +135,34 @@ fn a_page_says_what_is_proved_and_which_setting_is_the_default() {
     assert!(page.contains("\u{2264} 1 (to depth 10)"));
     let (t, page) =
         tradeoff(&folder, "effects/soft_shadows.json", &["--width", "48", "--height", "27", "--seconds", "3"]);
-    assert!(t["choices"]["answer"].as_str().unwrap().contains("default (proved:1)"), "{}", t["choices"]["answer"]);
+    // Its default has as many samples as each pixel asks for, so what is compared is not the default, and is asked for with its samples.
+    assert!(!t["choices"]["answer"].as_str().unwrap().contains("default"), "{}", t["choices"]["answer"]);
+    assert!(page.contains("proved:1&amp;samples=64"));
     let all = t["choices"]["all"].as_array().unwrap();
     // Its pixels have many samples already.
     assert!(!all.iter().any(|choice| choice["name"] == "no antialiasing"), "{all:?}");
     assert!(page.contains("logarithmic"));
+    let (t, page) = tradeoff(&folder, "shapes/all.json", &["--width", "48", "--height", "27", "--seconds", "3"]);
+    assert!(t["choices"]["answer"].as_str().unwrap().contains("default (proved:1)"), "{}", t["choices"]["answer"]);
+    assert!(page.contains("proved:1") && !page.contains("samples="));
+}
+
+/// Black before nothing: what depth changes is alpha alone.
+#[test]
+fn alpha_is_measured() {
+    let folder = folder("alpha");
+    let ball = |x: f64| serde_json::json!({ "sphere": { "center": [x, 0, 0], "radius": 0.9, "material": "glass" } });
+    let scene = serde_json::json!({
+        "version": 1, "image": { "width": 48, "height": 32 }, "lights": [], "film": { "background": "transparent" },
+        "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+        "materials": { "glass": { "ambient": 0, "diffuse": 0, "transmission": 0.9 } },
+        "objects": [ball(-1.0), ball(0.0), ball(1.0)],
+    });
+    let file = folder.join("glass.json");
+    std::fs::write(&file, scene.to_string()).unwrap();
+    let (t, _) = tradeoff(&folder, file.to_str().unwrap(), &["--seconds", "3"]);
+    let all = t["choices"]["all"].as_array().unwrap();
+    let shallow = all.iter().find(|choice| choice["name"] == "depth 3").unwrap();
+    let most = shallow["difference"]["codes"]["error"]["max"].as_f64().unwrap();
+    assert!(most > 10.0 && most <= shallow["proved_codes"].as_f64().unwrap(), "{shallow}");
 }

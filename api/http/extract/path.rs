@@ -14,7 +14,8 @@ impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Path<T>
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
         let read = axum::extract::Path::from_request_parts(parts, state).await;
-        let not_text = |_| Problem::new(Kind::NotFound, "there is nothing at this path: %xx in it are not UTF-8");
+        let detail = "there is nothing at this path: what should be a number in it is none, or %xx in it are not UTF-8";
+        let not_text = |_| Problem::new(Kind::NotFound, detail);
         read.map(|axum::extract::Path(parameters)| Self(parameters)).map_err(not_text)
     }
 }

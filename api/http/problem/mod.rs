@@ -149,6 +149,11 @@ impl From<Error> for ProblemSummary {
 }
 
 impl Problem {
+    /// Its kind.
+    pub(crate) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// A problem with its detail.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
         Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None, codings: None }

@@ -251,7 +251,10 @@ impl JobView {
                 xyz,
                 this: path,
             },
-            frames: record.frames,
+            // One that was stopped keeps none.
+            frames: record
+                .frames
+                .map(|frames| if record.has_pictures() { frames } else { Frames { done: 0, ..frames } }),
             stats: record.stats,
             problem: record.failure.as_ref().map(ProblemSummary::of),
             webhook: record.outbox.webhook.as_ref().map(|delivery| DeliveryView::of(delivery, delivery.to.clone())),

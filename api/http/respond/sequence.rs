@@ -18,6 +18,7 @@ use crate::service::sequences::shown::animations;
 use axum::http::{HeaderMap, HeaderValue, Method, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
+use strahl::film::FileFormat;
 use strahl::film::animation::AnimationFormat;
 
 /// The frames of a job, or the problem that it has none.
@@ -105,8 +106,9 @@ pub(crate) async fn animation(
         Some(format) if formats.contains(&format) => format,
         None if !formats.is_empty() => best_animation(headers, formats)?,
         _ => {
-            let name = output.names().0;
-            let detail = format!("frames in this {name} make no such animation; ask a job for output png or webp");
+            let name = if output == FileFormat::Png16 { "png of 16 bits" } else { output.names().0 };
+            let detail =
+                format!("frames in {name} make no such animation; ask a job for output png, of 8 bits, or webp");
             return Err(Problem::new(Kind::NotAcceptable, detail));
         }
     };

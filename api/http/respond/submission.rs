@@ -16,6 +16,7 @@ use crate::service::scheduler::task::Class;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Most characters of an idempotency key.
 const KEY: usize = 255;
@@ -59,6 +60,24 @@ pub(crate) async fn claim(
             tracing::error!(%error, "an idempotency key cannot be claimed");
             let detail = "the farm's broker takes nothing now; the service's log says why";
             Err(Problem::new(Kind::Saturated, detail).retry_after(5))
+        }
+    }
+}
+
+/// Claims a key that the client does not know of. Of several at one time the first submits the job, and the others wait for it.
+pub(crate) async fn claim_in_turn(
+    app: &AppState,
+    tenant: &Tenant,
+    headers: &HeaderMap,
+    request: &[u8],
+) -> Result<Claimed, Problem> {
+    let end = Instant::now() + app.service.settings.answers.timeout;
+    loop {
+        match claim(app, tenant, headers, request).await {
+            Err(problem) if problem.kind() == Kind::Conflict && Instant::now() < end => {
+                tokio::time::sleep(Duration::from_millis(50)).await;
+            }
+            claimed => return claimed,
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::job::until_final;
 use super::sequence;
-use super::submission::{Claimed, accepted, claim, submitted, wishes_of};
+use super::submission::{Claimed, accepted, claim, claim_in_turn, submitted, wishes_of};
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -17,6 +17,7 @@ use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
 use axum::response::Response;
+use std::time::Duration;
 use strahl::film::animation::AnimationFormat;
 use strahl::film::{FileFormat, PictureFormat};
 use strahl::sequence::Sequence;
@@ -89,27 +90,28 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     let is_model = matches!(form, Form::Whole(format) if format.is_model());
     overrides.model.around = is_model.then_some(true);
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
-    let whole = [b"turntable\n", query.as_bytes(), b"\n", base, body.as_ref()].concat();
-    // The same request again finds the job of the first.
+    let whole = [b"turntable\n", of_frames(&query).as_bytes(), b"\n", base, body.as_ref()].concat();
     let key = HeaderName::from_static("idempotency-key");
-    if !headers.contains_key(&key)
-        && let Ok(name) = HeaderValue::from_str(&format!("turntable-{}", sha256(&whole)))
-    {
-        headers.insert(key, name);
-    }
-    let claimed = claim(&app, &tenant, &headers, &whole).await?;
+    let claimed = if headers.contains_key(&key) {
+        claim(&app, &tenant, &headers, &whole).await?
+    } else {
+        // The same frames again, in whatever form, are those of the first job.
+        if let Ok(name) = HeaderValue::from_str(&format!("turntable-{}", sha256(&whole))) {
+            headers.insert(key, name);
+        }
+        claim_in_turn(&app, &tenant, &headers, &whole).await?
+    };
     drop(whole);
     let job = match claimed {
         Claimed::Before(job) if !matches!(job.record().state, State::Failed | State::Canceled | State::Expired) => job,
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
-            let output = if format.frames() == PictureFormat::Webp { FileFormat::WebP } else { FileFormat::Png8 };
             let wanted = WantedJob {
                 scene: body.as_ref().to_vec(),
                 form,
                 frames: Some(if is_model { Sequence::turntable(count).of_model() } else { Sequence::turntable(count) }),
                 overrides,
-                output,
+                output: FileFormat::Png8,
                 priority: PRIORITY,
                 labels: vec!["turntable".into()],
                 wishes: wishes_of(&app, &tenant, None, None)?,
@@ -118,14 +120,24 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             submitted(&app, &tenant, wanted, claim).await?
         }
     };
+    let prefer = Prefer::of(&headers);
+    let patience = if prefer.respond_async { Duration::ZERO } else { app.service.settings.answers.timeout };
     // The job is accepted, so it is answered in any case.
-    _ = until_final(&app, &tenant, &job, app.service.settings.answers.timeout).await;
+    _ = until_final(&app, &tenant, &job, prefer.wait.unwrap_or(patience)).await;
     let is_final = job.record().state.is_final();
     if !is_final {
-        return Ok(accepted(&app, &job, false, Prefer::default()).await);
+        return Ok(accepted(&app, &job, false, prefer).await);
     }
-    match across {
-        Some(across) => sequence::sheet(&app, &tenant, &job, Some(across)).await,
-        None => sequence::animation(&app, &tenant, (&method, &headers), &job, Some(format)).await,
-    }
+    let mut response = match across {
+        Some(across) => sequence::sheet(&app, &tenant, &job, Some(across)).await?,
+        None => sequence::animation(&app, &tenant, (&method, &headers), &job, Some(format)).await?,
+    };
+    Prefer { respond_async: false, ..prefer }.add_applied(response.headers_mut());
+    Ok(response)
+}
+
+/// The part of a query that says what the frames are, not what is made of them.
+fn of_frames(query: &str) -> String {
+    let says_more = |pair: &&str| !matches!(pair.split('=').next(), Some("format" | "sheet"));
+    query.split('&').filter(says_more).collect::<Vec<_>>().join("&")
 }

@@ -136,7 +136,7 @@ impl Record {
     }
 
     /// Whether they are its own. A sequence has its frames from the beginning: some are finished while others are rendered.
-    pub(super) fn has_pictures(&self) -> bool {
+    pub(crate) fn has_pictures(&self) -> bool {
         self.has_picture() || (self.frames.is_some() && !self.state.is_final() && !self.forgotten)
     }
 

@@ -16,14 +16,12 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
+use strahl::film::FileFormat;
 
 /// Milliseconds after the end of a job for which its events are kept. Who comes later is told how it ended.
 const EVENTS_KEPT: u64 = 60_000;
 /// Milliseconds between two notes of how long services have run, while nothing else is written.
 const TIME_KEPT: u64 = 60_000;
-
-/// Bytes of a pixel of a frame in the largest format, and of its small picture.
-const FRAME_PIXEL: u64 = 20;
 
 impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
@@ -186,5 +184,15 @@ impl Jobs {
 pub(crate) fn disk_of(record: &Record) -> u64 {
     let pixels = u64::from(record.width) * u64::from(record.height);
     let left = record.frames.map_or(0, |frames| u64::from(frames.count - frames.done).saturating_sub(1));
-    (64 << 10) + pixels * 46 + left * ((64 << 10) + pixels * FRAME_PIXEL)
+    (64 << 10) + pixels * 46 + left * ((64 << 10) + pixels * pixel_of(record.spec.output))
+}
+
+/// Bytes that a pixel of a frame takes at most in a file, with alpha, and a little more for its small picture.
+fn pixel_of(output: FileFormat) -> u64 {
+    match output {
+        FileFormat::Png8 | FileFormat::WebP | FileFormat::Jpeg(_) => 6,
+        FileFormat::Png16 => 10,
+        FileFormat::Pfm => 14,
+        FileFormat::Exr => 20,
+    }
 }

@@ -130,8 +130,8 @@ fn draw(files: &[Arc<PictureFile>; 2], [width, height]: [u32; 2], drawn: Drawn) 
         }
         Drawn::Codes(gain) => {
             let [a, b] = [decoded(&files[0])?, decoded(&files[1])?];
-            let off = |(a, b): (&u8, &u8)| (u32::from(a.abs_diff(*b)) * gain).min(255) as u8;
-            let codes: Vec<u8> = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(off).collect();
+            let shown = |off: u8| (u32::from(off) * gain).min(255) as u8;
+            let codes: Vec<u8> = a.differences(&b).into_iter().flatten().map(shown).collect();
             Ok(png_of(width, height, &codes))
         }
     }
@@ -153,7 +153,7 @@ fn decoded(file: &PictureFile) -> Result<Image8, Error> {
     let picture = picture.map_err(|_| Error::Internal("a picture cannot be read"))?.into_rgba8();
     strahl::control::checkpoint(1).map_err(|Cancelled| Error::Cancelled)?;
     let width = picture.width() as usize;
-    Ok(Image8::over_black(width, picture.as_raw().as_chunks::<4>().0))
+    Ok(Image8::straight(width, picture.as_raw().as_chunks::<4>().0))
 }
 
 /// Size and numbers of a PFM file that we have written.

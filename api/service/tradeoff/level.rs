@@ -42,6 +42,8 @@ const SLACK_MS: f64 = 30.0;
 pub(super) struct Shot {
     pub(super) codes: Image8,
     pub(super) rays: RayCounts,
+    /// Whether edges had more samples than other pixels.
+    refines: bool,
     pub(super) proved_codes: Option<u8>,
     pub(super) times: Vec<f64>,
 }
@@ -193,7 +195,8 @@ impl Level {
             proved_codes,
             error,
         })));
-        self.shots.push(Some(Shot { codes, rays: picture.rays, proved_codes, times: vec![picture.trace_ms] }));
+        let refines = picture.refined.pixels > 0;
+        self.shots.push(Some(Shot { codes, rays: picture.rays, refines, proved_codes, times: vec![picture.trace_ms] }));
         self.film = Some(picture.film);
         Ok(())
     }
@@ -248,13 +251,14 @@ impl Level {
         self.round_ms() + self.references.as_ref().map_or(0.0, |references| references.all_ms)
     }
 
-    /// How many times as many rays a setting takes in a larger picture, judged by the smaller one.
+    /// How many times as many rays a setting takes in a larger picture, judged by the smaller one, or else by the share of edges.
     pub(super) fn more_rays(&self, index: usize, larger: f64) -> f64 {
         let growth = self.before.as_ref().and_then(|(size, rays)| {
             let (before, now) = (rays[index]?, self.shots[index].as_ref()?.rays.total());
             Some(log2(now as f64 / before as f64) / log2(pixels(self.size) / pixels(*size)))
         });
-        pow(larger, growth.unwrap_or(self.growth).clamp(0.5, 1.0))
+        let refines = self.shots[index].as_ref().is_some_and(|shot| shot.refines);
+        pow(larger, growth.unwrap_or(if refines { self.growth } else { 1.0 }).clamp(0.5, 1.0))
     }
 
     /// The reference of some samples.

@@ -106,7 +106,7 @@ impl Reach {
 }
 
 fn largest_difference(a: &Image8, b: &Image8) -> u8 {
-    a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
+    a.differences(b).into_iter().flatten().max().unwrap_or(0)
 }
 
 /// Pictures in double precision with recursion as deep as possible, one for each sampling pattern.

@@ -86,7 +86,8 @@ pub struct Time {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rays {
-    /// Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished.
+    /// Rays of all kinds, 1 to 2^53. The block of pixels that reaches the number is finished, and each pixel of a grid 32 pixels
+    /// wide is traced in any case.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub count: u64,
 }

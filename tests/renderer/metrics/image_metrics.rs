@@ -5,7 +5,7 @@ use strahl::metrics::{Image8, ciede2000, code_errors, flip};
 fn golden(name: &str) -> Image8 {
     let path = format!("{}/tests/golden/{name}.png", env!("CARGO_MANIFEST_DIR"));
     let picture = image::open(path).unwrap().to_rgb8();
-    Image8 { width: picture.width() as usize, pixels: picture.pixels().map(|p| p.0).collect() }
+    Image8::opaque(picture.width() as usize, picture.pixels().map(|p| p.0).collect())
 }
 
 /// Mean, 95 %, 99 %, 99.9 % and largest value of the package flip-evaluator 1.7 on PyPI, which is the authors' own code, in

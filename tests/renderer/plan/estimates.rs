@@ -3,10 +3,11 @@
 use crate::common::{load_scene, read, scene_names};
 use serde_json::{Value, json};
 use std::time::Duration;
+use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::plan::Plan;
 use strahl::plan::pilot::{Effort, Expected, Pilot};
-use strahl::render::{Control, Picture, render};
+use strahl::render::{Control, Picture, Stop, render, render_until};
 use strahl::scene::{Format, Overrides, Scene, load};
 
 const UNTIL_DONE: Effort = Effort { time: Duration::from_secs(1_000), share: f64::INFINITY };
@@ -84,6 +85,32 @@ fn the_rays_of_alpha_are_expected() {
         let off = pilot.rays.value / picture.rays.total() as f64 - 1.0;
         assert!(off.abs() < 0.05, "{name}: {off}");
     }
+}
+
+#[test]
+fn a_number_of_rays_or_a_time_ends_what_is_expected() {
+    let estimated = |accuracy: &str| {
+        let mut scene: Value = serde_json::from_slice(&read("scenes/mirrors/hall.json")).unwrap();
+        scene["render"]["accuracy"] = serde_json::from_str(accuracy).unwrap();
+        let text = serde_json::to_vec(&scene).unwrap();
+        let mut loaded = load(&text, Format::Json, &Overrides::default()).unwrap();
+        let mut plan = Plan::new(&mut loaded.description, &loaded.scene);
+        let region = Region::whole(loaded.scene.width, loaded.scene.height);
+        plan.estimate(&loaded.scene, region, &Control::default(), UNTIL_DONE).unwrap();
+        (loaded.scene, region, plan.estimate.unwrap())
+    };
+    for count in [1, 10_000, 1_000_000] {
+        let (scene, region, estimate) = estimated(&format!(r#"{{ "rays": {{ "count": {count} }} }}"#));
+        let window = Window::whole(scene.width, scene.height);
+        let picture = render_until(&scene, &window, region, &Control::default(), Stop::Rays(count)).unwrap();
+        let [low, high] = estimate.rays_ci;
+        let traced = picture.rays.total();
+        assert!((low..=high).contains(&traced), "{count}: {traced} is not in {low} to {high}");
+        assert!(high <= 2 * count.max(20_000), "{count}: {high}");
+    }
+    let (.., long) = estimated(r#"{ "time": { "ms": 3600000 } }"#);
+    let (.., short) = estimated(r#"{ "time": { "ms": 1 } }"#);
+    assert!(short.ms <= 1.0 && short.ms < 0.1 * long.ms && short.rays < long.rays / 10, "{short:?} {long:?}");
 }
 
 /// One pixel of this takes minutes.

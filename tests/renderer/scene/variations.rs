@@ -159,7 +159,8 @@ fn a_variation_is_the_scene_that_results() {
 /// Where bodies overlap the smaller one decides, and a sheet encloses nothing.
 #[test]
 fn a_sheet_that_becomes_a_body_encloses_as_much_as_any() {
-    let glass = |thin: bool, ior: f64| json!({ "pbr": { "base_color": 1, "transmission": 1, "thin": thin }, "ior": ior });
+    let glass =
+        |thin: bool, ior: f64| json!({ "pbr": { "base_color": 1, "transmission": 1, "thin": thin, "ior": ior } });
     let ball = |x: f64, radius: f64, material: &str| json!({ "sphere": { "center": [x, 0, 0], "radius": radius, "material": material } });
     let text = json!({
         "version": 1,

@@ -6,7 +6,7 @@ use serde_json::Value;
 #[test]
 fn a_tradeoff_is_a_page_and_numbers() {
     let folder = folder("tradeoff");
-    let args = ["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "3"];
+    let args = ["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "6"];
     let output = strahl(&folder, &args, "");
     let said = String::from_utf8(output.stderr).unwrap();
     let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();

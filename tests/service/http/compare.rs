@@ -50,7 +50,7 @@ fn two_pictures_are_compared_by_id_or_by_scene() {
 }
 
 #[test]
-fn pictures_with_alpha_are_compared_over_black() {
+fn pictures_with_alpha_are_compared_with_it() {
     let service = Service::start(&[]);
     let clear = |color: Value| {
         let mut scene = scene();
@@ -60,6 +60,21 @@ fn pictures_with_alpha_are_compared_over_black() {
     };
     let answer = compare(&service, "", &clear(json!(0)), &clear(json!([0, 0, 1]))).json();
     assert!(answer["width"] == 48 && answer["codes"]["error"]["max"].is_f64(), "{answer}");
+
+    // Black before nothing: only alpha tells one from the other.
+    let black = |radius: f64| {
+        let mut scene = scene();
+        scene["film"] = json!({ "background": "transparent" });
+        (scene["lights"], scene["background"]) = (json!([]), json!(0));
+        scene["materials"] = json!({ "black": { "ambient": 0, "diffuse": 0 } });
+        scene["objects"] = json!([{ "sphere": { "center": [0, 0, 0], "radius": radius, "material": "black" } }]);
+        json!({ "scene": scene })
+    };
+    let answer = compare(&service, "", &black(1.0), &black(0.5)).json();
+    assert!(answer["codes"]["error"]["max"] == 255.0 && answer["same"] == false, "{answer}");
+    assert!(answer["flip"]["max"].as_f64() > Some(0.5) && answer["ciede2000"]["max"].as_f64() > Some(50.0), "{answer}");
+    let drawn = compare(&service, "?format=png&gain=1", &black(1.0), &black(0.5)).picture().to_rgb8();
+    assert!(drawn.pixels().any(|pixel| pixel.0 == [255; 3]));
 }
 
 #[test]

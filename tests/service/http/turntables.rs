@@ -35,6 +35,26 @@ fn the_command_turns_a_model_as_the_service_does() {
     std::fs::remove_file(picture).unwrap();
 }
 
+/// Nobody has sent a key, so nobody is told of one.
+#[test]
+fn the_same_turntable_asked_for_by_several_at_once_is_one_job() {
+    let service = Service::start(&[]);
+    let cube = file("BoxVertexColors.glb");
+    let ask = || of_model(&service, "turntable=4&width=90&height=70", &cube);
+    let answers: Vec<Answer> = std::thread::scope(|scope| {
+        let asking: Vec<_> = (0..6).map(|_| scope.spawn(ask)).collect();
+        asking.into_iter().map(|asked| asked.join().unwrap()).collect()
+    });
+    for answer in &answers {
+        assert!(answer.status == 200 && answer.body == answers[0].body, "{}", answer.text());
+    }
+    assert_eq!(service.get("/v1/jobs").json()["jobs"].as_array().unwrap().len(), 1);
+
+    let preferred = [GLB, ("Prefer", "respond-async")];
+    let answer = service.send("POST", "/v1/render?turntable=200&width=200&height=200", &preferred, &cube);
+    assert_eq!((answer.status, answer.header("preference-applied")), (202, "respond-async"), "{}", answer.text());
+}
+
 /// The number of frames that an animated PNG says it has.
 fn frames(apng: &[u8]) -> u32 {
     let at = apng.windows(4).position(|window| window == b"acTL").expect("it is animated");
@@ -64,6 +84,12 @@ fn a_model_is_seen_from_all_around() {
         assert!(edge.into_iter().all(|(x, y)| seen.get_pixel(x, y)[3] < 200));
         assert!(seen.pixels().filter(|pixel| pixel[3] == 255).count() > 40);
     }
+
+    // A sheet, or another format, is of the same frames.
+    let webp = of_model(&service, &format!("{query}&format=webp"), &cube);
+    assert_eq!((webp.status, webp.header("content-type")), (200, "image/webp"));
+    assert_eq!(of_model(&service, &format!("{query}&sheet=5x1"), &cube).header("content-type"), "image/png");
+    assert_eq!(service.get("/v1/jobs").json()["jobs"].as_array().unwrap().len(), 1);
 
     let webp = of_model(&service, "turntable=3&width=24&height=24&format=webp", &cube);
     assert_eq!((webp.status, webp.header("content-type")), (200, "image/webp"));
