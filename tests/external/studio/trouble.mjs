@@ -153,6 +153,8 @@ const flows = {
   },
   async "panels that do not come are asked for again"(page, proxy) {
     proxy.rule = (request) => (request.url.endsWith("/panels/registry.js") ? gateway() : undefined);
+    // The browser keeps what the service's own page has loaded.
+    await page.setCacheEnabled(false);
     await page.goto("about:blank");
     await page.goto(`${proxy.address}/studio`, { waitUntil: "load" });
     await ready(page);
@@ -161,6 +163,7 @@ const flows = {
     proxy.rule = () => undefined;
     await edit(page);
     const holds = await becomes(page.waitForFunction(() => document.querySelectorAll("[role=tab]").length > 3, { timeout: 5000 }));
+    await page.setCacheEnabled(true);
     return [holds && /did not come/.test(told), `${(await page.$$("[role=tab]")).length} panels; ${told}`];
   },
   async "a file with the ends of lines of Windows has its marks at their places"(page) {
