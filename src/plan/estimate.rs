@@ -119,7 +119,8 @@ impl Plan {
         let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
         let whole = pilot.nanoseconds() / threads as f64 * 1e-6;
-        let share = share(self.accuracy, whole, pilot.rays.value);
+        let least = COARSEST / f64::from(scene.samples);
+        let share = share(self.accuracy, whole, pilot.rays.value).clamp(least, 1.0);
         let ms = |nanoseconds: f64| rounded(share * nanoseconds / threads as f64 * 1e-6);
         let count = |expected: f64| (share * expected).round() as u64;
         for effect in &mut self.explanation.effects {
@@ -202,12 +203,11 @@ impl Plan {
 
 /// The share of a picture that there is where a time or a number of rays ends it, given the milliseconds and the rays of all of it.
 fn share(accuracy: Accuracy, ms: f64, rays: f64) -> f64 {
-    let share = match accuracy {
+    match accuracy {
         Accuracy::Time(Time { ms: most }) => most / ms,
         Accuracy::Rays(Rays { count }) => count as f64 / rays,
         _ => 1.0,
-    };
-    share.clamp(COARSEST, 1.0)
+    }
 }
 
 fn is_zero(n: &u64) -> bool {
