@@ -63,6 +63,12 @@ impl<R: Real> Binning<R> {
         place.map(R::nearest_of_16)
     }
 
+    /// The bin of a primitive on one axis.
+    #[inline(always)]
+    fn bin_on(&self, axis: usize, primitive: &BuildPrimitive<R>) -> usize {
+        self.place(primitive.center_on(axis), axis).nearest_of_16()
+    }
+
     /// The position of a centre in units of bins, from the middle of the first one; 0 where a centre overflows.
     #[inline(always)]
     fn place(&self, center: R, axis: usize) -> R {
@@ -74,7 +80,7 @@ impl<R: Real> Binning<R> {
     /// Whether a primitive is in front of a plane. It agrees with [`Self::bins_of`].
     #[inline(always)]
     pub(super) fn is_before(&self, plane: &Plane, primitive: &BuildPrimitive<R>) -> bool {
-        self.place(primitive.center_on(plane.axis), plane.axis).nearest_of_16() < plane.bins
+        self.bin_on(plane.axis, primitive) < plane.bins
     }
 
     /// The cheapest plane with primitives on both sides.
@@ -121,38 +127,38 @@ impl<R: Real> Binning<R> {
     }
 
     fn count(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
-        let empty = || Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
-        let mut bins = empty();
-        if let Some(axis) = self.only {
-            let bin = |primitive: &BuildPrimitive<R>| self.place(primitive.center_on(axis), axis).nearest_of_16();
-            let mut others = empty();
-            let (front, back) = primitives.split_at(primitives.len() / 2);
-            for (a, b) in front.iter().zip(back) {
-                bins.add_on(axis, a, bin(a));
-                others.add_on(axis, b, bin(b));
+        match self.only {
+            Some(axis) => {
+                count_by(primitives, |bins, primitive| bins.add_on(axis, primitive, self.bin_on(axis, primitive)))
             }
-            back[front.len()..].iter().for_each(|primitive| bins.add_on(axis, primitive, bin(primitive)));
-            return bins.merged(&others);
+            None => count_by(primitives, |bins, primitive| bins.add(primitive, self.bins_of(primitive))),
         }
-        if primitives.len() < INTERLEAVED {
-            primitives.iter().for_each(|primitive| bins.add(primitive, self.bins_of(primitive)));
-            return bins;
-        }
-        // Neighbours are often in one bin, which then waits for itself; so two halves take turns, each with its own bins.
-        let mut others = empty();
-        let (front, back) = primitives.split_at(primitives.len() / 2);
-        for (a, b) in front.iter().zip(back) {
-            bins.add(a, self.bins_of(a));
-            others.add(b, self.bins_of(b));
-        }
-        back[front.len()..].iter().for_each(|primitive| bins.add(primitive, self.bins_of(primitive)));
-        bins.merged(&others)
     }
 
     /// [`Self::count`] on all threads. Unions and counts are exact, so the order of chunks does not matter.
     fn count_in_parallel(&self, primitives: &[BuildPrimitive<R>]) -> Bins<R> {
         primitives.par_chunks(CHUNK).map(|chunk| self.count(chunk)).reduce(|| self.count(&[]), |a, b| a.merged(&b))
     }
+}
+
+/// What is in the bins, each primitive of which is added by `add`.
+#[inline(always)]
+fn count_by<R: Real>(primitives: &[BuildPrimitive<R>], add: impl Fn(&mut Bins<R>, &BuildPrimitive<R>)) -> Bins<R> {
+    let empty = || Bins { boxes: [[Box4::empty(); BINS]; 3], counts: [[0; BINS]; 3] };
+    let mut bins = empty();
+    if primitives.len() < INTERLEAVED {
+        primitives.iter().for_each(|primitive| add(&mut bins, primitive));
+        return bins;
+    }
+    // Neighbours are often in one bin, which then waits for itself; so two halves take turns, each with its own bins.
+    let mut others = empty();
+    let (front, back) = primitives.split_at(primitives.len() / 2);
+    for (a, b) in front.iter().zip(back) {
+        add(&mut bins, a);
+        add(&mut others, b);
+    }
+    back[front.len()..].iter().for_each(|primitive| add(&mut bins, primitive));
+    bins.merged(&others)
 }
 
 /// Half the surface area of a box that is not empty, with lengths multiplied by `unit`.

@@ -4,8 +4,8 @@ use super::{Image8, Spread};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel; alpha is one, and where there is some,
-/// colors are those over black.
+/// How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel. Where there is alpha, colors are those over
+/// black, and each channel is off by at least as much as alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "CodeErrors")]
 pub struct CodeErrors {
@@ -19,17 +19,12 @@ pub struct CodeErrors {
 
 /// Compares two pictures of one size.
 pub fn code_errors(a: &Image8, b: &Image8) -> CodeErrors {
-    let off = |i: usize| {
-        let [red, green, blue] = [0, 1, 2].map(|c| a.pixels[i][c].abs_diff(b.pixels[i][c]));
-        [red, green, blue, a.alpha_at(i).abs_diff(b.alpha_at(i))].map(f64::from)
-    };
-    let pixels = a.pixels.len().min(b.pixels.len());
-    let errors: Vec<f64> = (0..pixels).map(|i| off(i).into_iter().fold(0.0, f64::max)).collect();
+    let differences = a.differences(b);
+    let errors: Vec<f64> = differences.iter().map(|off| f64::from(off.iter().copied().max().unwrap_or(0))).collect();
     let count = errors.len().max(1) as f64;
     let identical = errors.iter().filter(|error| **error == 0.0).count() as f64 / count;
-    let squares: f64 = (0..pixels).flat_map(off).map(|off| off * off).sum();
-    let channels = if a.alpha.is_empty() && b.alpha.is_empty() { 3.0 } else { 4.0 };
-    let mean = squares / (channels * count);
+    let squares: f64 = differences.as_flattened().iter().map(|off| f64::from(*off).powi(2)).sum();
+    let mean = squares / (3.0 * count);
     let psnr = (mean > 0.0).then(|| 10.0 * libm::log10(255.0 * 255.0 / mean));
     CodeErrors { error: Spread::of(errors), identical, psnr }
 }

@@ -44,7 +44,7 @@ impl Image8 {
         self.alpha.get(pixel).copied().unwrap_or(255)
     }
 
-    /// By how many codes each pixel is off another picture of one size, channel by channel; all of them are off by as much as alpha.
+    /// By how many codes each pixel is off that of another picture of one size, channel by channel: each by at least as much as alpha.
     pub fn differences(&self, other: &Self) -> Vec<[u8; 3]> {
         let off = |i: usize| {
             let of_alpha = self.alpha_at(i).abs_diff(other.alpha_at(i));

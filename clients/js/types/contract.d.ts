@@ -1378,8 +1378,8 @@ export interface components {
             version: string;
         };
         /**
-         * @description How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel; alpha is one, and where there is some,
-         *     colors are those over black.
+         * @description How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel. Where there is alpha, colors are those over
+         *     black, and each channel is off by at least as much as alpha.
          */
         CodeErrors: {
             /** @description Errors in codes. */

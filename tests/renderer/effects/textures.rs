@@ -300,6 +300,27 @@ fn mirrors_and_clear_bodies_do_not_change_what_is_filtered() {
     assert_eq!(room(eye, at, air), room(eye, at, nothing));
 }
 
+/// A mirror that is placed widens cones as much as the same one that is not.
+#[test]
+fn placed_mirrors_filter_as_others_do() {
+    let ball = |size: f64| json!({ "sphere": { "center": [0, size, 0], "radius": size, "material": "mirror" } });
+    let placed = |scale: f64| json!({ "group": { "transform": { "scale": scale }, "objects": [ball(1.0 / scale)] } });
+    let seen = |ball: Value| {
+        let mut scene = floor(1);
+        scene["camera"] = json!({ "pinhole": { "eye": [0, 1.5, 4], "look_at": [0, 0.8, 0], "vfov_deg": 40 } });
+        scene["materials"]["mirror"] = json!({ "diffuse": 0, "reflection": 0.9 });
+        scene["objects"].as_array_mut().unwrap().push(ball);
+        pixels(scene, "double")
+    };
+    let direct = seen(ball(1.0));
+    for scale in [0.125, 8.0] {
+        let other = seen(placed(scale));
+        let off = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-3);
+        let count = direct.iter().zip(&other).filter(|pair| off(*pair)).count();
+        assert!(count * 500 < direct.len(), "scale {scale}: {count} of {} pixels", direct.len());
+    }
+}
+
 /// Any changes to a picture's file make another picture or a problem, nothing worse.
 #[test]
 fn broken_pictures_are_problems() {

@@ -230,8 +230,8 @@ class Circumstances(TypedDict):
 
 
 class CodeErrors(TypedDict):
-    """How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel; alpha is one, and where
-    there is some, colors are those over black."""
+    """How two pictures of 8-bit codes differ. A pixel's error is that of its worst channel. Where there is alpha,
+    colors are those over black, and each channel is off by at least as much as alpha."""
 
     # Errors in codes.
     error: ErrorSpread
