@@ -5,7 +5,7 @@ Each patch beside this file replaces one robust ingredient of the kernels by the
 builds strahl as it is, without each ingredient and without all of them, counts the hard cases that each variant
 survives, and times them all against each other in one interleaved run:
 
-    python3 benches/naive/compare.py               # build what has changed, count, time; some 40 minutes at first
+    python3 benches/naive/compare.py               # build what has changed, count, time; some 70 minutes at first
     python3 benches/naive/compare.py --mutations   # which tests notice each patch
     python3 benches/naive/compare.py --no-build --rounds 15 --record    # time again, and write the figures
 
@@ -33,7 +33,7 @@ ROOT = HERE.parent.parent
 WORK = ROOT / "target" / "naive"
 TREE = WORK / "tree"
 PATCHES = sorted(path.stem for path in HERE.glob("*.patch"))
-# Besides hard_cases, whose scorecard says more than that it fails.
+# Parts of the names of tests. Besides hard_cases, whose scorecard says more than that it fails.
 TESTS = ["watertight", "secondary_rays", "accuracy", "analytic", "ground_truth", "properties", "random_scenes",
          "golden"]
 
@@ -68,11 +68,11 @@ def fresh_tree(patches):
     """A copy of the source, patched, and the hash of all that is in it."""
     fresh = WORK / "fresh"
     shutil.rmtree(fresh, ignore_errors=True)
-    fresh.mkdir(parents=True)
-    for part in ["src", "api", "tests", "benches", "scenes"]:
-        shutil.copytree(ROOT / part, fresh / part)
-    for part in ["Cargo.toml", "Cargo.lock"]:
-        shutil.copyfile(ROOT / part, fresh / part)
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    for name in subprocess.run(listed, cwd=ROOT, check=True, capture_output=True, text=True).stdout.split("\0"):
+        if name and (ROOT / name).is_file():
+            (fresh / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, fresh / name)
     # Inside a repository, git would only see the files that it knows there.
     outside = os.environ | {"GIT_CEILING_DIRECTORIES": str(WORK)}
     for patch in patches:
@@ -117,7 +117,7 @@ def build(name, patches, tests):
     sync(fresh, TREE)
     if not (kept / "built").exists() or (kept / "built").read_text() != digest:
         print(f"building {name} ...", flush=True)
-        built = cargo("build", "--release", "--bin", "strahl", "--test", "hard_cases", "--message-format", "json")
+        built = cargo("build", "--release", "--bin", "strahl", "--test", "renderer", "--message-format", "json")
         if built.returncode != 0:
             sys.exit(f"{name} does not build\n{built.stderr[-4000:]}")
         made = [json.loads(line) for line in built.stdout.splitlines() if line.startswith("{")]
@@ -125,11 +125,12 @@ def build(name, patches, tests):
         written = TREE / "target" / "hard-cases" / "scorecard.json"
         written.unlink(missing_ok=True)
         # Variants without an ingredient fail; how often is the question.
-        subprocess.run([made["hard_cases"]], cwd=TREE, capture_output=True)
+        subprocess.run([made["renderer"], "hard_cases"], cwd=TREE, capture_output=True)
         if not written.exists():
             sys.exit(f"hard_cases of {name} wrote no scorecard")
         shutil.copyfile(written, kept / "scorecard.json")
-        shutil.copy2(made["strahl"], kept / "strahl")
+        for made_of in ["strahl", "renderer"]:
+            shutil.copy2(made[made_of], kept / made_of)
         (kept / "built").write_text(digest)
     if tests:
         print(f"testing {name} ...", flush=True)
@@ -138,24 +139,11 @@ def build(name, patches, tests):
 
 
 def failing_tests(name, tests):
-    """The tests that fail in the tree at hand, by binary."""
-    arguments = ["test", "--release", "--no-fail-fast"]
-    for test in tests:
-        arguments += ["--test", test]
-    ended = cargo(*arguments)
+    """The tests of a variant that fail, of those that have one of `tests` in their name."""
+    ended = subprocess.run([folder(name) / "renderer", *tests], cwd=TREE, capture_output=True, text=True)
     if "test result" not in ended.stdout:
-        sys.exit(f"the tests of {name} do not build\n{ended.stderr[-4000:]}")
-    # Cargo names each binary on stderr, and the binaries report on stdout, in the same order.
-    paths = [Path(line.split()[1]) for line in ended.stderr.splitlines() if line.lstrip().startswith("Running")]
-    names = iter(path.parent.name if path.stem == "main" else path.stem for path in paths)
-    listing = {}
-    binary = "?"
-    for line in ended.stdout.splitlines():
-        if line.startswith("running "):
-            binary = next(names, "?")
-        elif line.startswith("test ") and line.endswith("FAILED"):
-            listing.setdefault(binary, []).append(line.split()[1])
-    return listing
+        sys.exit(f"the tests of {name} do not run\n{ended.stderr[-4000:]}")
+    return [line.split()[1] for line in ended.stdout.splitlines() if line.startswith("test ") and line.endswith("FAILED")]
 
 
 def survived(name):
@@ -169,10 +157,10 @@ def list_mutations(names):
     for name in names:
         listing = json.loads((folder(name) / "mutations.json").read_text())
         cases = survived(name)
-        print(f"\n{name}: {sum(map(len, listing.values()))} tests fail, and these hard cases in single precision:")
+        print(f"\n{name}: {len(listing)} tests fail, and these hard cases in single precision:")
         print(f"  {' '.join(cases['lost_in_single'])}")
-        for binary, failed in listing.items():
-            print(f"  {binary}: {', '.join(failed)}")
+        for failed in listing:
+            print(f"  {failed}")
         if not listing and cases == survived("robust"):
             print("  NO TEST NOTICES THIS")
 
@@ -199,7 +187,7 @@ def main():
     parser.add_argument("--no-time", action="store_true", help="build and count only")
     parser.add_argument("--record", action="store_true", help="write robustness.json beside this program, and docs/pictures/robustness.svg")
     parser.add_argument("--mutations", action="store_true", help="list the tests that notice each patch")
-    parser.add_argument("--tests", nargs="+", default=TESTS, help="the test binaries that --mutations runs")
+    parser.add_argument("--tests", nargs="+", default=TESTS, help="parts of the names of the tests that --mutations runs")
     asked = parser.parse_args()
     if shutil.which("git") is None:
         sys.exit("git is missing: it applies the patches")
