@@ -161,6 +161,13 @@ impl fmt::Display for Warning {
     }
 }
 
+/// For numbers that a file has, but as NaN or infinity: places of surfaces may not be missing, all else may.
+pub(super) fn warn_of_gaps(warnings: &mut Vec<Warning>) {
+    let detail =
+        "some normals, texture coordinates or colors are no numbers: normals follow from faces there, all else is 0";
+    warn(warnings, Subject::Assumed, "numbers", String::new(), detail);
+}
+
 /// Notes a warning, once for each thing it is about.
 pub(super) fn warn(warnings: &mut Vec<Warning>, subject: Subject, what: &'static str, pointer: String, detail: &str) {
     if !warnings.iter().any(|known| known.what == what && known.subject == subject) {

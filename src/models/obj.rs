@@ -2,7 +2,7 @@
 
 use super::Parts;
 use super::budget::{Budget, LINES, worked};
-use super::fault::{Fault, Faults, Kind, Subject, warn};
+use super::fault::{Fault, Faults, Kind, Subject, warn, warn_of_gaps};
 use super::geometry::Geometry;
 use super::material::ModelMaterial;
 use super::model::{Model, Placement};
@@ -110,13 +110,17 @@ impl Reader {
             }
             b"vt" => {
                 self.budget.take(1, 16)?;
-                let u = text.number()?;
-                let v = text.word().map_or(Ok(0.0), |word| word.number())?;
+                let u = self.number_or_zero(text.expected("a number")?)?;
+                let v = text.word().map_or(Ok(0.0), |word| self.number_or_zero(word))?;
                 self.uvs.push([u, 1.0 - v]);
             }
             b"vn" => {
                 self.budget.take(1, 24)?;
-                self.normals.push(text.numbers::<3>()?);
+                let mut normal = [0.0; 3];
+                for number in &mut normal {
+                    *number = self.number_or_zero(text.expected("a number")?)?;
+                }
+                self.normals.push(normal);
             }
             b"f" => self.face(word, text)?,
             b"usemtl" => {
@@ -146,6 +150,16 @@ impl Reader {
 
     fn skip(&mut self, what: &'static str, detail: &str) {
         warn(&mut self.model.warnings, Subject::Skipped, what, String::new(), detail);
+    }
+
+    /// A number that a face can do without.
+    fn number_or_zero(&mut self, word: Word<'_>) -> Result<f64, Fault> {
+        let number = word.number_or_nan()?;
+        if number.is_nan() {
+            warn_of_gaps(&mut self.model.warnings);
+            return Ok(0.0);
+        }
+        Ok(number)
     }
 
     /// Three numbers behind a point are its color, as many programs write them; a single one is its weight.

@@ -24,6 +24,14 @@ impl Word<'_> {
         number.ok_or_else(|| self.fault(Kind::WrongType, format!("expected a number, found {}", self.quoted())))
     }
 
+    /// Its value, or NaN where a program had none: C libraries write `nan`, `-nan(ind)`, `inf`, `-1.#IND` or `1.#QNAN`.
+    pub(super) fn number_or_nan(&self) -> Result<f64, Fault> {
+        let unsigned = self.text.strip_prefix(b"-").unwrap_or(self.text);
+        let name = unsigned.strip_prefix(b"1.#").unwrap_or(unsigned).to_ascii_lowercase();
+        let is_missing = ["nan", "ind", "inf", "qnan", "snan"].iter().any(|known| name.starts_with(known.as_bytes()));
+        if is_missing { Ok(f64::NAN) } else { self.number() }
+    }
+
     /// A fault at its place.
     pub(super) fn fault(&self, kind: Kind, detail: String) -> Fault {
         Fault::new("", kind, detail).at(self.place)

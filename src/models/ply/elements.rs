@@ -1,7 +1,7 @@
 //! The elements of a PLY file: vertices, polygons and strips.
 
 use super::super::budget::{Budget, worked};
-use super::super::fault::{Fault, Kind, Place, Subject, warn};
+use super::super::fault::{Fault, Kind, Place, Subject, warn, warn_of_gaps};
 use super::super::geometry::Geometry;
 use super::super::material::ModelMaterial;
 use super::super::model::{Model, Placement};
@@ -50,6 +50,8 @@ impl Meaning {
 pub(super) struct Reader {
     geometry: Geometry,
     has_vertices: bool,
+    /// Some numbers were NaN or infinite.
+    has_gaps: bool,
     budget: Budget,
     work: u64,
 }
@@ -92,7 +94,12 @@ impl Reader {
                     skip(property, numbers)?;
                     continue;
                 };
-                let number = numbers.next(property.scalar)?;
+                let number = match meaning {
+                    Meaning::Position(_) => numbers.next(property.scalar)?,
+                    _ => numbers.next_or_nan(property.scalar)?,
+                };
+                self.has_gaps |= number.is_nan();
+                let number = if number.is_nan() { 0.0 } else { number };
                 let most = match property.scalar {
                     Scalar::U8 => 255.0,
                     Scalar::U16 => 65_535.0,
@@ -208,6 +215,9 @@ impl Reader {
         }
         let detail = "the file does not say which axis is up: up=z turns it";
         warn(&mut model.warnings, Subject::Assumed, "up-y", String::new(), detail);
+        if self.has_gaps {
+            warn_of_gaps(&mut model.warnings);
+        }
         self.geometry.drop_unused();
         self.geometry.mend_normals();
         // Colors of vertices are the surface's own.
@@ -243,7 +253,7 @@ fn skip(property: &Property, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
     let count = property.length.map_or(Ok(1.0), |length| numbers.next(length))?;
     for i in 0..length_of_list(count, numbers.left(), place)? {
         pause(i)?;
-        numbers.next(property.scalar)?;
+        numbers.next_or_nan(property.scalar)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Numbers of a PLY file, as text or in either byte order.
 
 use super::super::fault::{Fault, Kind, Place};
-use super::super::text::Text;
+use super::super::text::{Text, Word};
 
 /// Types of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,12 +48,28 @@ pub(super) enum Numbers<'a> {
 }
 
 impl Numbers<'_> {
+    /// The next number, which is finite.
     pub(super) fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
+        let place = self.place();
+        let number = self.take(scalar, |word| word.number())?;
+        if number.is_finite() {
+            return Ok(number);
+        }
+        Err(Fault::new("", Kind::OutOfRange, format!("{number} is no finite number")).at(place))
+    }
+
+    /// The next number, NaN if it is not finite.
+    pub(super) fn next_or_nan(&mut self, scalar: Scalar) -> Result<f64, Fault> {
+        let number = self.take(scalar, |word| word.number_or_nan())?;
+        Ok(if number.is_finite() { number } else { f64::NAN })
+    }
+
+    fn take(&mut self, scalar: Scalar, of_word: impl Fn(&Word<'_>) -> Result<f64, Fault>) -> Result<f64, Fault> {
         match self {
             Self::Text(text) => {
                 let end = text.place();
                 let word = text.any_word().ok_or_else(|| ends_early().at(end))?;
-                word.number()
+                of_word(&word)
             }
             Self::Binary { bytes, start, at, is_big } => {
                 let place = Place::Offset(*start + *at as u64);
@@ -66,7 +82,7 @@ impl Numbers<'_> {
                     all[..size].reverse();
                 }
                 let [a, b, c, d, ..] = all;
-                let number = match scalar {
+                Ok(match scalar {
                     Scalar::I8 => f64::from(a as i8),
                     Scalar::U8 => f64::from(a),
                     Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
@@ -75,12 +91,7 @@ impl Numbers<'_> {
                     Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
                     Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
                     Scalar::F64 => f64::from_le_bytes(all),
-                };
-                if number.is_finite() {
-                    return Ok(number);
-                }
-                let detail = format!("{number} is no finite number");
-                Err(Fault::new("", Kind::OutOfRange, detail).at(place))
+                })
             }
         }
     }

@@ -161,3 +161,42 @@ fn vertex_colors_above_one_are_shown_and_warned_of() {
         }
     }
 }
+
+/// C libraries write NaN in many ways, and scanners leave holes in what no face needs.
+#[test]
+fn numbers_that_are_missing_refuse_a_model_only_where_they_are_places() {
+    let obj = |point: &str, normal: &str, uv: &str| {
+        format!("v 0 0 0\nv 1 0 {point}\nv 0 1 0\nvt {uv} 0\nvn {normal} 0 0\nf 1/1/1 2/1/1 3/1/1\n")
+    };
+    let ply = |point: &str, normal: &str, quality: &str| {
+        let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            property float nx\nproperty float ny\nproperty float nz\nproperty float quality\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n";
+        let corners =
+            ["0 0 0", &format!("1 0 {point}"), "0 1 0"].map(|corner| format!("{corner} {normal} 0 0 {quality}\n"));
+        format!("{head}{}3 0 1 2\n", corners.concat())
+    };
+    let read = |format, text: &str| imported(text.as_bytes(), format, &overrides("front"));
+    let warned = |imported: &_| warnings(imported).iter().any(|detail| detail.starts_with("assumed: numbers"));
+    for missing in ["nan", "-nan(ind)", "NaN", "-1.#IND", "1.#QNAN00", "inf"] {
+        for (format, text) in [
+            (ModelFormat::Obj, obj("0", missing, "0")),
+            (ModelFormat::Obj, obj("0", "0", missing)),
+            (ModelFormat::Ply, ply("0", missing, "1")),
+        ] {
+            let imported = read(format, &text);
+            assert!(warned(&imported), "{text}");
+            let Object::Mesh(mesh) = &imported.description.objects[0] else { panic!("a mesh") };
+            let toward_z = |normal: &[f64; 3]| normal[2].abs() == 1.0;
+            assert!(mesh.normals.as_ref().is_none_or(|normals| normals.iter().all(toward_z)), "{:?}", mesh.normals);
+        }
+        assert!(!warned(&read(ModelFormat::Ply, &ply("0", "0", missing))), "nobody asks for the quality of a point");
+        for (format, text, line) in [
+            (ModelFormat::Obj, obj(missing, "0", "0"), "line 2"),
+            (ModelFormat::Ply, ply(missing, "1", "1"), "line 15"),
+        ] {
+            let refused = import(format, text.as_bytes(), &overrides("front"), &NoFiles).unwrap_err();
+            assert!(refused.to_string().contains(line) && refused.to_string().contains(missing), "{refused}");
+        }
+    }
+}
