@@ -4,7 +4,7 @@ use super::query::name_of;
 use crate::bound::interval::raise;
 use crate::control::{Cancelled, Control};
 use crate::lanes::{Ids, Lanes, Real, V3};
-use crate::render::{samples_of, trace_pixel_samples};
+use crate::render::{Grouping, samples_of, trace_pixel_samples};
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::limits::TREE_RAYS;
@@ -225,7 +225,7 @@ where
     let _entered = control.enter();
     let mut tracer =
         Tracer::<L, _>::new((), world, &world.camera, &eye_media::<L>((), world), world.rules.pruning, recorder);
-    let mean = trace_pixel_samples(&mut tracer, [x, y], samples, scene.adaptive, &mut Hits::none(()));
+    let mean = trace_pixel_samples(&mut tracer, [x, y], samples, Grouping::of(scene), &mut Hits::none(()));
     control.add_rays(tracer.counts.total());
     let Recorder { mut rays, truncated, .. } = tracer.into_observer();
     if control.stops() {

@@ -25,6 +25,11 @@ const FIRST: u32 = 8;
 /// Most batches of a pixel.
 const MOST: u32 = 1_024;
 
+/// The batches of a pixel that has a number of samples.
+pub(super) fn batches(samples: u32) -> impl Iterator<Item = Samples> {
+    (1..=samples / BATCH).map(|batch| Samples::of_set(batch, BATCH))
+}
+
 /// How far pixels came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Reached {

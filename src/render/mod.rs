@@ -44,7 +44,7 @@ pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
 pub(crate) use probe::{PacketCost, Probe};
 pub use progressive::{Progress, Stop, Watcher, render_until, render_watched};
-pub(crate) use sample_sums::trace_pixel_samples;
+pub(crate) use sample_sums::{Grouping, trace_pixel_samples};
 pub(crate) use tiles::BLOCK;
 
 use crate::control::Stopwatch;
@@ -116,6 +116,7 @@ pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control)
 pub fn samples_of(scene: &Scene, at: [u32; 2], control: &Control) -> Result<u32, Cancelled> {
     fn of<R: KernelFormat>(renderer: &Renderer<'_, R>, at: [u32; 2]) -> Result<u32, Cancelled> {
         match renderer.scene {
+            Scene { statistical: Some(_), .. } => renderer.sure_samples_of(at),
             Scene { adaptive: true, .. } => renderer.doubled_samples_of(at),
             scene if scene.refines() => renderer.refined_samples_of(at),
             scene => Ok(scene.samples),

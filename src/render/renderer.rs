@@ -191,6 +191,12 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
         }
     }
 
+    /// The samples of one pixel in the statistical mode.
+    pub(super) fn sure_samples_of(&self, at: [u32; 2]) -> Result<u32, Cancelled> {
+        let traced = self.trace(&[at], self.scene.samples)?;
+        Ok(traced.reached.most_samples)
+    }
+
     /// The samples of one pixel of a picture that is refined.
     pub(super) fn refined_samples_of(&self, at: [u32; 2]) -> Result<u32, Cancelled> {
         let [width, height] = self.size;
