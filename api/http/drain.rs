@@ -9,12 +9,15 @@ use tokio::sync::watch;
 #[derive(Debug)]
 pub(crate) struct Drain {
     draining: watch::Sender<bool>,
+    /// Requests have had their time.
+    given_up: watch::Sender<bool>,
     requests: watch::Sender<usize>,
 }
 
 impl Default for Drain {
     fn default() -> Self {
-        Self { draining: watch::Sender::new(false), requests: watch::Sender::new(0) }
+        let [draining, given_up] = [false; 2].map(watch::Sender::new);
+        Self { draining, given_up, requests: watch::Sender::new(0) }
     }
 }
 
@@ -41,6 +44,24 @@ impl Drain {
             biased;
             taken = taking => taken,
             _ = draining.wait_for(|draining| *draining) => Err(refused()),
+        }
+    }
+
+    /// Ends requests that are still running, each with an answer that says so.
+    pub(crate) fn give_up(&self) {
+        self.given_up.send_replace(true);
+    }
+
+    /// The answer to a request, unless it is given up before.
+    pub(crate) async fn unless_given_up<T>(&self, answer: impl Future<Output = T>) -> Result<T, Problem> {
+        let mut given_up = self.given_up.subscribe();
+        tokio::select! {
+            biased;
+            answer = answer => Ok(answer),
+            _ = given_up.wait_for(|given_up| *given_up) => {
+                let detail = "the service stops before this was done: send it again";
+                Err(Problem::new(Kind::Draining, detail).retry_after(1))
+            }
         }
     }
 

@@ -145,6 +145,7 @@ async fn drained(app: &App, mut signals: StopSignals, patience: Duration) {
         () = sleep(patience) => tracing::warn!("requests did not finish in time and are given up"),
         signal = signals.next() => tracing::warn!(signal, "a second signal: requests are given up"),
     }
+    app.drain.give_up();
 }
 
 /// A connection that has a place.

@@ -4,9 +4,10 @@
 //! refused, once the caches have forgotten what they keep.
 
 use super::error::Error;
+use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// The least budget: the program, and some work.
 pub(crate) const LEAST: u64 = 128 << 20;
@@ -22,6 +23,8 @@ pub(crate) struct MemoryBudget(Arc<Account>);
 struct Account {
     limit: u64,
     taken: AtomicU64,
+    /// What bodies of requests take of it, by tenant.
+    bodies: Mutex<HashMap<String, u64>>,
     caches: Mutex<Vec<Weak<dyn Evict>>>,
 }
 
@@ -42,17 +45,28 @@ pub(crate) struct Share {
     beside: u64,
 }
 
+/// What the bodies of a tenant's requests take, this one's part of which is given back when it is dropped. All of them may take
+/// half of the budget, so that what one tenant sends, and does not finish, leaves room for others.
+#[derive(Debug)]
+struct BodyShare {
+    budget: MemoryBudget,
+    tenant: String,
+    bytes: u64,
+}
+
 /// Bytes together with their share.
 #[derive(Debug)]
 pub(crate) struct MeteredBytes {
     bytes: Vec<u8>,
     share: Share,
+    body: Option<BodyShare>,
 }
 
 impl MemoryBudget {
     /// A budget of a number of bytes, of which the program takes some.
     pub(crate) fn new(limit: u64) -> Self {
-        Self(Arc::new(Account { limit, taken: AtomicU64::new(PROGRAM), caches: Mutex::default() }))
+        let (bodies, caches) = Default::default();
+        Self(Arc::new(Account { limit, taken: AtomicU64::new(PROGRAM), bodies, caches }))
     }
 
     /// Bytes that one piece of work can have.
@@ -77,14 +91,20 @@ impl MemoryBudget {
 
     /// No bytes yet.
     pub(crate) fn empty(&self) -> MeteredBytes {
-        MeteredBytes { bytes: Vec::new(), share: self.share(0) }
+        MeteredBytes { bytes: Vec::new(), share: self.share(0), body: None }
+    }
+
+    /// No bytes yet of a body that a tenant sends.
+    pub(crate) fn body_of(&self, tenant: &str) -> MeteredBytes {
+        let body = BodyShare { budget: self.clone(), tenant: tenant.to_owned(), bytes: 0 };
+        MeteredBytes { body: Some(body), ..self.empty() }
     }
 
     /// A share for a few bytes that are there already.
     pub(crate) fn metered(&self, bytes: Vec<u8>) -> Result<MeteredBytes, Error> {
         let mut share = self.share(0);
         share.grow(bytes.len() as u64)?;
-        Ok(MeteredBytes { bytes, share })
+        Ok(MeteredBytes { bytes, share, body: None })
     }
 
     /// Bytes that are read from disk, if they are there and there is memory for them.
@@ -95,7 +115,7 @@ impl MemoryBudget {
     ) -> Result<Option<MeteredBytes>, Error> {
         let mut share = self.share(0);
         share.grow(bytes)?;
-        Ok(read()?.map(|bytes| MeteredBytes { bytes, share }))
+        Ok(read()?.map(|bytes| MeteredBytes { bytes, share, body: None }))
     }
 
     /// Refuses what one piece of work can never have.
@@ -126,9 +146,14 @@ impl MemoryBudget {
         caches.iter().max_by_key(|cache| cache.bytes()).is_some_and(|cache| cache.evict())
     }
 
-    fn caches(&self) -> std::sync::MutexGuard<'_, Vec<Weak<dyn Evict>>> {
+    fn caches(&self) -> MutexGuard<'_, Vec<Weak<dyn Evict>>> {
         // A list that only grows.
         self.0.caches.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn bodies(&self) -> MutexGuard<'_, HashMap<String, u64>> {
+        // Sums, which are right after each statement.
+        self.0.bodies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -166,9 +191,38 @@ impl Drop for Share {
     }
 }
 
+impl BodyShare {
+    /// Takes more, until it is as large. One body alone is never too large here.
+    fn grow(&mut self, bytes: u64) -> Result<(), Error> {
+        let more = bytes.saturating_sub(self.bytes);
+        let mut bodies = self.budget.bodies();
+        let taken = bodies.entry(self.tenant.clone()).or_default();
+        if *taken > self.bytes && taken.saturating_add(more) > self.budget.most() / 2 {
+            let detail = "bodies of your other requests take half of the memory there is (memory_bytes)".into();
+            return Err(Error::Busy { detail, retry_after: RETRY_AFTER });
+        }
+        *taken += more;
+        self.bytes += more;
+        Ok(())
+    }
+}
+
+impl Drop for BodyShare {
+    fn drop(&mut self) {
+        let mut bodies = self.budget.bodies();
+        if let Some(taken) = bodies.get_mut(&self.tenant) {
+            *taken = taken.saturating_sub(self.bytes);
+        }
+        bodies.retain(|_, taken| *taken > 0);
+    }
+}
+
 impl MeteredBytes {
     /// Adds bytes, if there is memory for them.
     pub(crate) fn append(&mut self, more: &[u8]) -> Result<(), Error> {
+        if let Some(body) = &mut self.body {
+            body.grow((self.bytes.len() + more.len()) as u64)?;
+        }
         self.share.grow((self.bytes.len() + more.len()) as u64)?;
         self.bytes.extend_from_slice(more);
         Ok(())
@@ -204,6 +258,20 @@ mod tests {
         second.grow(50).unwrap();
         drop((first, second));
         assert_eq!(budget.taken(), PROGRAM);
+    }
+
+    #[test]
+    fn bodies_of_one_tenant_take_half() {
+        let budget = MemoryBudget::new(PROGRAM + 100);
+        let [mut first, mut second] = [0, 1].map(|_| budget.body_of("bolt"));
+        first.append(&[0; 40]).unwrap();
+        assert!(matches!(second.append(&[0; 20]), Err(Error::Busy { .. })));
+        second.append(&[0; 10]).unwrap();
+        budget.body_of("acme").append(&[0; 40]).unwrap();
+        drop(second);
+        first.append(&[0; 50]).unwrap();
+        drop(first);
+        assert!(budget.bodies().is_empty() && budget.taken() == PROGRAM);
     }
 
     #[test]

@@ -13,5 +13,6 @@ mod deliveries;
 mod failures;
 mod fronts;
 mod harness;
+mod memory;
 mod sequences;
 mod versions;

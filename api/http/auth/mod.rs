@@ -106,6 +106,16 @@ impl Access {
         presented.and_then(|key| keys.tenant(key)).ok_or_else(refused).map(Some)
     }
 
+    /// Refuses a request whose key or capability no longer opens what it did for a tenant.
+    pub(crate) fn recheck(&self, tenant: &Tenant, request: &Request) -> Result<(), Problem> {
+        let now = self.tenant(request)?;
+        let may_all = |now: &Tenant| tenant.scopes.iter().all(|scope| now.may(*scope));
+        if now.is_some_and(|now| now.name == tenant.name && may_all(&now)) {
+            return Ok(());
+        }
+        Err(Problem::new(Kind::Forbidden, "this key has lost what it needs for this, while it was waited for"))
+    }
+
     /// What messages about a tenant's jobs are signed with.
     pub(crate) fn webhook_secret(&self, tenant: &str) -> Option<Secret> {
         let of = |tenant: &Tenant| tenant.webhook.secret.clone();

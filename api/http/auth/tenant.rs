@@ -4,6 +4,7 @@
 //! belongs to the tenant "anonymous", which may do everything.
 
 use super::rate_limit::RateLimit;
+use crate::http::problem::{Kind, Problem};
 use crate::service::ANONYMOUS;
 use crate::service::deliveries::signature::Secret;
 use crate::service::scheduler::task::{Class, Task};
@@ -117,6 +118,15 @@ impl Tenant {
     /// A task of this tenant for the scheduler.
     pub(crate) fn task(&self, class: Class) -> Task {
         Task::new(class, &self.name, self.weight)
+    }
+
+    /// Refuses what asks for a scope that its key lacks.
+    pub(crate) fn require(&self, scope: Scope, asking: &str) -> Result<(), Problem> {
+        if self.may(scope) {
+            return Ok(());
+        }
+        let detail = format!("this key lacks the scope {}, which {asking} asks for", scope.name());
+        Err(Problem::new(Kind::Forbidden, detail).with_scope(scope.name()))
     }
 
     /// Whether its key has a scope.

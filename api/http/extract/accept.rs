@@ -40,7 +40,9 @@ pub(crate) fn prefers(headers: &HeaderMap, media_type: &str, other: &str) -> boo
     let family = other.split('/').next().unwrap_or_default();
     let is_other = |range: &str| range.split('/').next().is_some_and(|it| it.eq_ignore_ascii_case(family));
     let others = ranges.iter().filter(|(range, _)| is_other(range)).map(|(_, quality)| *quality);
-    named.map(|(_, quality)| *quality).fold(0.0, f32::max) > others.fold(0.0, f32::max)
+    let any = ranges.iter().find(|(range, _)| *range == "*/*").map_or(0.0, |(_, quality)| *quality);
+    let named = named.map(|(_, quality)| *quality).fold(0.0, f32::max);
+    named > others.fold(0.0, f32::max) && named >= any
 }
 
 /// Parses `type/subtype;q=0.5`. A malformed quality value counts as 0.
@@ -89,6 +91,7 @@ mod tests {
             "multipart/mixed;q=0",
             "image/png, multipart/mixed;q=0.9",
             "image/*, multipart/mixed",
+            "*/*;q=0.9, multipart/mixed;q=0.1",
         ] {
             assert!(!of(accept), "{accept}");
         }

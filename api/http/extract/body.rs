@@ -1,6 +1,7 @@
 //! Request bodies: which format, how large, how slow. They may come compressed (`Content-Encoding: gzip`); limits are on what comes out.
 
 use super::variation;
+use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::AppState;
 use crate::service::memory_budget::MeteredBytes;
@@ -114,11 +115,16 @@ fn unsupported(what: String) -> Problem {
 }
 
 /// Reads a whole body, within the limits. A client that announces too large a body is refused before it sends it.
-pub(crate) async fn read(app: &AppState, headers: &HeaderMap, body: Body) -> Result<MeteredBytes, Problem> {
+pub(crate) async fn read(
+    app: &AppState,
+    tenant: &Tenant,
+    headers: &HeaderMap,
+    body: Body,
+) -> Result<MeteredBytes, Problem> {
     if announced(headers) > app.limits.max_body_bytes {
         return Err(too_large(app));
     }
-    let body = timeout(app.limits.body_timeout, collect(app, encoding(headers)?, body));
+    let body = timeout(app.limits.body_timeout, collect(app, tenant, encoding(headers)?, body));
     // A client that is slow must not delay the end of the service.
     let body = app.drain.unless_begun(async {
         body.await.unwrap_or_else(|_| {
@@ -153,8 +159,8 @@ fn announced(headers: &HeaderMap) -> u64 {
     text(headers, header::CONTENT_LENGTH).parse().unwrap_or(0)
 }
 
-async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<MeteredBytes, Problem> {
-    let mut all = app.service.memory.empty();
+async fn collect(app: &AppState, tenant: &Tenant, encoding: Encoding, mut body: Body) -> Result<MeteredBytes, Problem> {
+    let mut all = app.service.memory.body_of(&tenant.name);
     let mut unpacked = (encoding == Encoding::Gzip).then(|| MultiGzDecoder::new(Vec::new()));
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
@@ -166,6 +172,8 @@ async fn collect(app: &AppState, encoding: Encoding, mut body: Body) -> Result<M
                 for piece in data.chunks(PIECE) {
                     decoder.write_all(piece).map_err(|error| no_gzip(&error))?;
                     append(app, &mut all, &std::mem::take(decoder.get_mut()))?;
+                    // Members of a gzip file may be empty, and each takes time: others are answered between.
+                    tokio::task::yield_now().await;
                 }
             }
         }

@@ -337,6 +337,14 @@ impl Query {
         }
     }
 
+    /// Ends reading where nothing may be given, and says why.
+    pub(crate) fn refuse_all(mut self, why: &str) -> Result<(), Problem> {
+        for (name, _) in self.given.clone() {
+            self.refuse(&name, why);
+        }
+        self.finish()
+    }
+
     /// Ends reading. Parameters that are left are unknown or repeated.
     pub(crate) fn finish(mut self) -> Result<(), Problem> {
         for (name, _) in std::mem::take(&mut self.given) {

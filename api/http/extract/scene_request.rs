@@ -42,9 +42,9 @@ pub(crate) async fn read<P>(
     let (parts, body) = request.into_parts();
     match check(app, &parts, extra) {
         Ok((declared, overrides, extra)) => {
-            let body = body::read(app, &parts.headers, body).await?;
-            let format = body::check_content(declared, body.as_ref())?;
             let tenant = Tenant::of(&parts.extensions);
+            let body = body::read(app, &tenant, &parts.headers, body).await?;
+            let format = body::check_content(declared, body.as_ref())?;
             let Parts { method, headers, .. } = parts;
             let is_json = format == Format::Json;
             let (form, body) = if body::declares_variation(&headers) || is_json && is_variation(body.as_ref()) {

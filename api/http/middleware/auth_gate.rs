@@ -1,23 +1,36 @@
 //! Authorization: the tenant of a request, the scopes of its key, and its rate limit.
 
+use crate::http::auth::capability::Capability;
 use crate::http::auth::rate_limit::Left;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::App;
+use axum::body::Body;
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// What was waited for as long as this is given only to who may still read it.
+const LONG: Duration = Duration::from_secs(1);
 
 /// Puts the tenant into the request's extensions. A request without a key has no tenant if the service needs keys. A wrong
 /// key or capability is refused, also on paths that need none.
 pub(crate) async fn identify(State(app): State<App>, mut request: Request, next: Next) -> Result<Response, Problem> {
-    if let Some(tenant) = app.access.tenant(&request)? {
-        request.extensions_mut().insert(tenant);
+    let Some(tenant) = app.access.tenant(&request)? else { return Ok(next.run(request).await) };
+    request.extensions_mut().insert(Arc::clone(&tenant));
+    let (parts, body) = request.into_parts();
+    let is_read = matches!(parts.method, Method::GET | Method::HEAD);
+    let may_lose_it = app.access.needs_keys() || parts.extensions.get::<Capability>().is_some();
+    let asked = (is_read && may_lose_it).then(|| parts.clone());
+    let began = Instant::now();
+    let response = next.run(Request::from_parts(parts, body)).await;
+    if let Some(asked) = asked.filter(|_| began.elapsed() >= LONG) {
+        app.access.recheck(&tenant, &Request::from_parts(asked, Body::empty()))?;
     }
-    Ok(next.run(request).await)
+    Ok(response)
 }
 
 /// Refuses requests whose key lacks a scope, and charges the tenant unless they are free. Rays are charged where they are traced.
@@ -26,10 +39,7 @@ pub(crate) async fn require(scope: Scope, is_free: bool, request: Request, next:
         let detail = "this service asks for a key: send Authorization: Bearer rk_...";
         Problem::new(Kind::Unauthorized, detail)
     })?;
-    if !tenant.may(scope) {
-        let detail = format!("this key lacks the scope {}, which {} asks for", scope.name(), request.uri().path());
-        return Err(Problem::new(Kind::Forbidden, detail).with_scope(scope.name()));
-    }
+    tenant.require(scope, request.uri().path())?;
     let Some(rate_limit) = &tenant.rate_limit else {
         return Ok(next.run(request).await);
     };

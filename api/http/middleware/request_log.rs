@@ -7,7 +7,7 @@ use crate::http::state::App;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,7 +24,8 @@ const KEPT: [HeaderName; 3] =
 pub(crate) async fn request_log(State(app): State<App>, request: Request, next: Next) -> Response {
     let id = request_id(request.headers());
     let visit = RequestLog::begin(&app, &request, &id);
-    let mut response = next.run(request).await;
+    let answer = app.drain.unless_given_up(next.run(request)).await;
+    let mut response = answer.unwrap_or_else(IntoResponse::into_response);
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         if let Some(reason) = problem.shed() {
             app.metrics.shed(reason);

@@ -80,8 +80,9 @@ kinds! {
         "The Allow header lists the methods there are.";
     Gone = "gone", GONE, "No longer available",
         "Submit the job again.";
-    Conflict = "conflict", CONFLICT, "Job state does not allow this",
-        "`detail` says which state it is in. Jobs that have ended stay as they are, and assets stay as long as a job needs them.";
+    Conflict = "conflict", CONFLICT, "Not in the present state",
+        "`detail` says what it is. Jobs that have ended stay as they are, assets stay as long as a job needs them, and a request \
+         whose Idempotency-Key is just being used is sent again after the seconds in Retry-After.";
     JobNotFinished = "job-not-finished", CONFLICT, "The job is not done yet",
         "Try again after the seconds in the Retry-After header, or follow the job's events.";
     JobFailed = "job-failed", CONFLICT, "The job has no picture",

@@ -4,6 +4,7 @@
 use super::job::until_final;
 use super::sequence;
 use super::submission::{Claimed, accepted, claim, claim_in_turn, submitted, wishes_of};
+use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
@@ -83,6 +84,7 @@ pub(crate) fn refuse_without(query: &mut Query) {
 
 /// The animation or the sheet; or the job, if it is not done in time.
 pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Problem> {
+    Tenant::of(request.extensions()).require(Scope::Jobs, "a turntable, which is a job of frames,")?;
     let mut headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let read = scene_request::read(&app, request, asked).await?;

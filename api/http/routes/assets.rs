@@ -102,13 +102,13 @@ async fn send(State(app): State<App>, expected: Option<String>, request: Request
             return Err(problem);
         }
     };
-    let bytes = request_body::read(&app, &parts.headers, body).await?;
+    let tenant = Tenant::of(&parts.extensions);
+    let bytes = request_body::read(&app, &tenant, &parts.headers, body).await?;
     let length = bytes.len() as u64;
     if length == 0 {
         return Err(Problem::new(Kind::InvalidRequest, "the body is empty: send the bytes of a model or a picture"));
     }
-    let tenant = Tenant::of(&parts.extensions).name.clone();
-    let Sent { hash, is_new } = app.service.keep_asset(tenant, expected, bytes).await?;
+    let Sent { hash, is_new } = app.service.keep_asset(tenant.name.clone(), expected, bytes).await?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = [(header::LOCATION, format!("/v1/assets/{hash}"))];
     let sent = SentAsset { asset: format!("{SCHEME}{hash}"), sha256: hash, bytes: length };
@@ -150,7 +150,7 @@ async fn missing(
 ) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     request_body::declares_json(&parts.headers)?;
-    let text = request_body::read(&app, &parts.headers, body).await?;
+    let text = request_body::read(&app, &tenant, &parts.headers, body).await?;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let WantedAssets { sha256 } =
         json_body::read(text.as_ref(), r#"the body is {"sha256": ["64 hexadecimal digits", ...]}"#)?;

@@ -51,7 +51,7 @@ async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, J
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
     let declared = body::declares_json(&parts.headers)?;
-    let body = body::read(&app, &parts.headers, body).await?;
+    let body = body::read(&app, &tenant, &parts.headers, body).await?;
     body::check_content(declared, body.as_ref())?;
     let wanted: Wanted =
         json_body::read(body.as_ref(), r#"the body is {"image_id": "<id>"}, or with job_id or scene_id"#)?;

@@ -143,7 +143,7 @@ async fn compare(State(app): State<App>, request: Request) -> Result<Response, P
             return Err(problem);
         }
     };
-    let text = body::read(&app, &parts.headers, body).await?;
+    let text = body::read(&app, &tenant, &parts.headers, body).await?;
     body::check_content(declared, text.as_ref())?;
     let wanted = both_of(&app, &tenant, text.as_ref())?;
     drop(text);

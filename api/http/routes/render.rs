@@ -24,6 +24,8 @@ use std::time::Duration;
 use strahl::film::{FileFormat, Region};
 use tokio::sync::mpsc;
 
+const ALLOWED: &str = "OPTIONS, POST, QUERY";
+
 pub(super) fn routes() -> Vec<Route> {
     let about = "Renders a region of the picture, with the same pixels as that part of the whole.";
     let about_whole = "Renders a scene.\n\nIf `Accept` prefers `multipart/mixed`, the picture streams: coarse ones first, each a part \
@@ -54,7 +56,8 @@ async fn whole(State(app): State<App>, request: Request) -> Result<Response, Pro
         return turntable::answer(app, request).await;
     }
     let prefer = Prefer::of(request.headers());
-    if prefer != Prefer::default() {
+    // Who may not submit jobs gets the picture at once, as if nothing were preferred.
+    if prefer != Prefer::default() && Tenant::of(request.extensions()).may(Scope::Jobs) {
         return as_job(app, request, prefer).await;
     }
     if accept::prefers(request.headers(), "multipart/mixed", "image/*") {
@@ -107,12 +110,14 @@ async fn other_methods(State(app): State<App>, request: Request) -> Result<Respo
         response.headers_mut().extend(allowed());
         return Ok(response);
     }
-    answer(app, request, |_| None).await
+    let mut response = answer(app, request, |_| None).await?;
+    put(response.headers_mut(), header::ALLOW, ALLOWED);
+    Ok(response)
 }
 
 fn allowed() -> HeaderMap {
     HeaderMap::from_iter([
-        (header::ALLOW, HeaderValue::from_static("OPTIONS, POST, QUERY")),
+        (header::ALLOW, HeaderValue::from_static(ALLOWED)),
         (
             HeaderName::from_static("accept-query"),
             HeaderValue::from_static(

@@ -118,6 +118,13 @@ impl Fronts {
         front == self.id || self.beats.lock().is_alive(front)
     }
 
+    /// Whether there is another front than this one and some others.
+    pub(crate) fn has_other(&self, fronts: &[String]) -> bool {
+        let beats = self.beats.lock();
+        let is_other = |front: &&String| **front != self.id && !fronts.contains(front);
+        beats.seen.keys().filter(is_other).any(|front| beats.is_alive(front))
+    }
+
     /// This front ends: others need not wait for its beats.
     pub(crate) async fn leave(&self) {
         // If it fails they wait.

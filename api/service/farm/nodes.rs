@@ -7,7 +7,7 @@ use async_nats::jetstream::kv::{Operation, Store};
 use futures_util::StreamExt;
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -46,6 +46,9 @@ pub(crate) struct NodeRecord {
     pub(crate) busy_ms: u64,
     /// Pieces that failed.
     pub(crate) failures: u64,
+    /// Jobs for which it has too little memory.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub(crate) too_large: BTreeSet<String>,
 }
 
 /// How a node is.
@@ -112,10 +115,21 @@ impl Nodes {
 
     /// Pieces that all can render at one time with this version of the renderer.
     pub(crate) fn slots(&self) -> u32 {
+        self.able(|node| node.slots).iter().sum()
+    }
+
+    /// Whether there are nodes, and a job is too large for each of them.
+    pub(crate) fn all_refuse(&self, job: &str) -> bool {
+        let refuse = self.able(|node| node.too_large.contains(job));
+        !refuse.is_empty() && refuse.iter().all(|refuses| *refuses)
+    }
+
+    /// Something of each node that takes work and has this version of the renderer.
+    fn able<T>(&self, of: impl Fn(&NodeRecord) -> T) -> Vec<T> {
         let nodes = self.0.lock();
         let able = nodes.values().filter(|(node, heard)| {
             node.state == NodeState::Ready && node.kid == renderer() && heard.elapsed() < NODE_AGE
         });
-        able.map(|(node, _)| node.slots).sum()
+        able.map(|(node, _)| of(node)).collect()
     }
 }

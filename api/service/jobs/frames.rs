@@ -10,7 +10,7 @@ use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
 use super::job::{Job, Stopped, locked};
-use super::record::{Failure, JobSpec, Record};
+use super::record::{JobSpec, Record};
 use super::registry::pixel_bytes;
 use super::rendering::tiles_of;
 use super::run::{Begun, backend, begin, farm_for, recover, scene_is_gone, tiles, when_there_is_room, whole};
@@ -70,13 +70,13 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
     let Begun { workers, spec, edge, .. } = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
-    let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let text = text.map_err(|error| job.why_stopped_or(error.into()))?;
     let text = text.ok_or_else(scene_is_gone)?;
     let (sequence, scene) = split(text.as_ref()).ok_or_else(scene_is_gone)?;
     let (building, form) = (Instant::now(), Form::Whole(spec.format));
     let sent = SentScene::new(scene, &form, &spec.settings);
     let base = when_there_is_room(job, || jobs.cache.to_vary(&workers, &sent));
-    let base = base.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let base = base.map_err(|error| job.why_stopped_or(error.into()))?;
     let farm = farm_for(jobs, job, edge, &base, text.as_ref())?;
     drop(text);
     let bvh_ms = milliseconds(building);
@@ -88,7 +88,7 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let sampling = sampling_bytes(&base.scene, u64::from(base.scene.width) * u64::from(base.scene.height));
     let bytes = pixel_bytes(&job.record()) + base.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
-    taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    taken.map_err(|error| job.why_stopped_or(error.into()))?;
     // As many more as there is memory for.
     let of_frame = pixel_bytes(&job.record()) / 2;
     let at_once =
@@ -190,7 +190,7 @@ impl Film<'_> {
         let frame = sequence.frame(number);
         let alone = locked(pool);
         let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, |_| Ok(())));
-        let ready = ready.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+        let ready = ready.map_err(|error| job.why_stopped_or(error.into()))?;
         let rendering = job.begin_picture(Some(number));
         if edge == 0 {
             whole(job, &rendering, &ready, spec.output, workers, began).map_err(|Cancelled| job.why_stopped())?;

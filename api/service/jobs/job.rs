@@ -4,6 +4,7 @@ use super::event_log::{Events, Herald};
 use super::record::{Failure, Record, State};
 use super::rendering::{Rendering, tiles_of};
 use super::tile_order::REMEMBERED;
+use crate::service::error::Error;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -61,8 +62,20 @@ pub(super) enum Stopped {
     Suspended,
     /// It has failed.
     Failed(Failure),
+    /// It has failed here for want of memory, of which another front may have enough.
+    TooLarge(Failure),
     /// Another front has it, or has ended it. What this one does with it counts no more.
     Taken,
+}
+
+impl From<Error> for Stopped {
+    fn from(error: Error) -> Self {
+        let failure = Failure::from(&error);
+        match error {
+            Error::Limit { name: "memory_bytes", .. } => Self::TooLarge(failure),
+            _ => Self::Failed(failure),
+        }
+    }
 }
 
 /// Progress of a job.

@@ -264,7 +264,7 @@ impl Jobs {
     /// Opens waiting jobs while there is room for more.
     fn open_next(self: &Arc<Self>) {
         let mut registry = locked(&self.registry);
-        while let Some(at) = registry.next_to_open(&self.limits) {
+        while let Some(at) = registry.next_to_open(&self.limits, |record| self.is_for_others(record)) {
             let job = registry.queued.swap_remove(at);
             registry.open.push(Arc::clone(&job));
             self.open.send_replace(registry.open.len());

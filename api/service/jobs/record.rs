@@ -90,6 +90,9 @@ pub(crate) struct Record {
     /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) front: Option<String>,
+    /// In a farm: fronts that have too little memory for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) refused: Vec<String>,
     /// In a farm: bytes of the text of its scene.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(crate) text_bytes: u64,
@@ -174,6 +177,7 @@ impl Record {
             version: 1,
             outbox: Outbox::default(),
             front: None,
+            refused: Vec::new(),
             text_bytes: 0,
             forgotten: false,
         }
@@ -326,6 +330,7 @@ impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         match error {
             Error::Scene(problems) => problems.into(),
+            Error::Limit { detail, .. } => Self { slug: "cost-limit".into(), detail: detail.clone() },
             _ => Self { slug: "internal".into(), detail: "the scene cannot be built".into() },
         }
     }

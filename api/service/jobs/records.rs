@@ -43,6 +43,11 @@ pub(super) trait Records: fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether there is another process that writes records, and is none of these.
+    fn has_other(&self, _fronts: &[String]) -> bool {
+        false
+    }
+
     /// Makes an idempotency key this process's own, until it is given up; none if another process has it. If another one has had
     /// it before, this process knows the job that was made with it when this returns.
     fn claim(&self, _tenant: &str, _key: &str) -> io::Result<Option<u64>> {

@@ -196,7 +196,7 @@ impl Registry {
     }
 
     /// Index of the waiting job that is opened next, if one can be.
-    pub(super) fn next_to_open(&self, limits: &JobLimits) -> Option<usize> {
+    pub(super) fn next_to_open(&self, limits: &JobLimits, is_for_others: impl Fn(&Record) -> bool) -> Option<usize> {
         if self.closing || self.loading || self.open.len() >= ALL_OPEN {
             return None;
         }
@@ -215,7 +215,7 @@ impl Registry {
             let has_place = count < OPEN || (count < MOST_OPEN && record.priority > priority);
             let fits = memory + memory_of(&record) <= limits.job_memory_bytes
                 && disk + disk_of(&record) <= limits.data_bytes / 2;
-            has_place && (self.open.is_empty() || fits)
+            has_place && (self.open.is_empty() || fits) && !is_for_others(&record)
         };
         let few = |job: &Arc<Job>| open.get(&job.record().tenant).map_or(0, |(count, _)| *count);
         let now = Instant::now();

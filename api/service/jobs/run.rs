@@ -59,7 +59,8 @@ pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
         Some(Stopped::Taken) => {}
         Some(Stopped::Suspended) => jobs.suspend(job),
         Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
-        Some(Stopped::Failed(failure)) => jobs.finish(job, State::Failed, Some(failure)),
+        Some(Stopped::TooLarge(_)) if jobs.pass_on(job) => {}
+        Some(Stopped::Failed(failure) | Stopped::TooLarge(failure)) => jobs.finish(job, State::Failed, Some(failure)),
         None => {
             jobs.finish(job, State::Succeeded, None);
             let record = job.record().clone();
@@ -105,13 +106,13 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let began = Instant::now();
     let Begun { task, workers, spec, edge } = begin(jobs, job)?;
     let text = when_there_is_room(job, || jobs.scene(&spec.scene));
-    let text = text.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    let text = text.map_err(|error| job.why_stopped_or(error.into()))?;
     let text = text.ok_or_else(scene_is_gone)?;
     let building = Instant::now();
     let form = Form::Whole(spec.format);
     let sent = SentScene::new(text.as_ref(), &form, &spec.settings);
     let found = when_there_is_room(job, || jobs.cache.find(&workers, &sent));
-    let ready = found.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?.ready;
+    let ready = found.map_err(|error| job.why_stopped_or(error.into()))?.ready;
     let farm = farm_for(jobs, job, edge, &ready, text.as_ref())?;
     drop(text);
     let rendering = job.begin_picture(None);
@@ -124,7 +125,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let sampling = sampling_bytes(&ready.scene, u64::from(ready.scene.width) * u64::from(ready.scene.height));
     let bytes = pixel_bytes(&job.record()) + ready.scene.stack_bytes() * workers.threads() as u64 + sampling;
     let taken = when_there_is_room(job, || share.grow(bytes));
-    taken.map_err(|error| job.why_stopped_or(Stopped::Failed(Failure::from(&error))))?;
+    taken.map_err(|error| job.why_stopped_or(error.into()))?;
     let rendering_since = Instant::now();
     job.done.store(0, Ordering::Relaxed);
     job.rays.store(0, Ordering::Relaxed);

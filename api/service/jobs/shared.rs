@@ -103,6 +103,10 @@ impl Records for Arc<Shared> {
         self.fronts.is_alive(front)
     }
 
+    fn has_other(&self, fronts: &[String]) -> bool {
+        self.fronts.has_other(fronts)
+    }
+
     fn claim(&self, tenant: &str, key: &str) -> io::Result<Option<u64>> {
         let place = place(tenant, key);
         let mut claimed = self.keys.create(&place, self.own());

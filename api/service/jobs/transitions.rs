@@ -131,6 +131,39 @@ impl Jobs {
         }
     }
 
+    /// Lets a front with more memory go on with a job. False if there is none that has not refused it, too.
+    pub(super) fn pass_on(&self, job: &Arc<Job>) -> bool {
+        let Some(front) = self.records.front() else { return false };
+        let passed = self.change(job, |record| {
+            if !self.is_mine(record) || record.state.is_final() {
+                return false;
+            }
+            record.refused.push(front.to_owned());
+            if !self.records.has_other(&record.refused) {
+                return false;
+            }
+            (record.state, record.front) = (State::Queued, None);
+            true
+        });
+        let passed = passed.unwrap_or_else(|error| {
+            tracing::error!(%error, "a record cannot be written");
+            false
+        });
+        if passed {
+            tracing::warn!(
+                job = job.record().id,
+                "this front has too little memory for a job, and leaves it to others"
+            );
+        }
+        passed
+    }
+
+    /// Whether a job is left to other fronts, since this one has too little memory for it.
+    pub(super) fn is_for_others(&self, record: &Record) -> bool {
+        let is_refused = |front: &str| record.refused.iter().any(|refused| refused == front);
+        self.records.front().is_some_and(is_refused) && self.records.has_other(&record.refused)
+    }
+
     /// Writes the final state of a job that this process works on, and tells observer and watchers. It counts only if no other
     /// front has taken the job.
     pub(super) fn finish(&self, job: &Arc<Job>, state: State, failure: Option<Failure>) {

@@ -218,16 +218,19 @@ impl Proved {
                 format!("{borrowed} pixels were not traced but interpolated, of which nothing follows for them");
             reach.because = Vec::new();
         }
+        let waiting_pixels = picture.progress.map_or(0, |progress| progress.waiting_pixels);
         let proof = Some(picture.proof()).filter(|proof| proof.max_linear.is_some() && reach.ceiling.is_some());
         Self {
             shortfall: proof.as_ref().filter(|_| picture.progress.is_none()).and_then(|proof| shortfall(proof, scene)),
             proof,
-            reference: match reach.max_depth {
-                None => "the same samples, recursion without end",
-                Some(_) => "the same samples, recursion to max_depth",
+            reference: match (reach.max_depth, waiting_pixels > 0) {
+                (None, false) => "the same samples, recursion without end",
+                (Some(_), false) => "the same samples, recursion to max_depth",
+                (None, true) => "the samples that were traced, recursion without end",
+                (Some(_), true) => "the samples that were traced, recursion to max_depth",
             },
             reach,
-            waiting_pixels: picture.progress.map_or(0, |progress| progress.waiting_pixels),
+            waiting_pixels,
             not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
         }
     }

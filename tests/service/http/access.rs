@@ -105,6 +105,40 @@ fn a_stream_ends_with_its_key() {
     assert_eq!(keyed(&service, &key, "GET", "/v1/me", "").status, 401);
 }
 
+/// A key for pages of others' pictures makes no jobs, in whatever way it asks for them.
+#[test]
+fn who_may_not_submit_jobs_makes_none() {
+    let file = KeyFile::new("no_jobs", "");
+    let (render, read) = (file.key("acme", "render"), file.key("acme", "read"));
+    let service = file.serve(&[]);
+    for preferred in ["respond-async", "wait=20"] {
+        let headers = [("Content-Type", "application/json"), ("Authorization", render.as_str()), ("Prefer", preferred)];
+        let answer = service.send("POST", "/v1/render?width=24", &headers, BALL.as_bytes());
+        assert_eq!((answer.status, answer.header("preference-applied")), (200, ""), "{}", answer.text());
+    }
+    let around = post(&service, "/v1/render?turntable=2&width=16&height=16", &render, BALL);
+    assert!(around.problem(403, "forbidden")["detail"].as_str().unwrap().contains("scope jobs"), "{}", around.text());
+    assert_eq!(keyed(&service, &read, "GET", "/v1/jobs", "").json()["jobs"], serde_json::json!([]));
+}
+
+#[test]
+fn what_was_waited_for_is_given_to_who_may_still_read_it() {
+    let file = KeyFile::new("waited", "");
+    let without = std::fs::read_to_string(&file.0).unwrap();
+    let key = file.key("acme", "jobs,read");
+    let service = file.serve(&[]);
+    let job = keyed(&service, &key, "POST", "/v1/jobs", &body(SLOW, ENDLESS)).json();
+    let path = format!("/v1/jobs/{}/preview?after=1000000&wait=6", job["id"].as_str().unwrap());
+    let waited = thread::scope(|scope| {
+        let waited = scope.spawn(|| keyed(&service, &key, "GET", &path, ""));
+        // The key is looked at when the request comes, so it goes a while later.
+        thread::sleep(Duration::from_millis(500));
+        std::fs::write(&file.0, without).unwrap();
+        waited.join().unwrap()
+    });
+    waited.problem(401, "unauthorized");
+}
+
 #[test]
 fn a_tenant_leaves_connections_to_others_while_it_waits() {
     let file = KeyFile::new("waits", "");

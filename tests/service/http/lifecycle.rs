@@ -79,9 +79,11 @@ fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
 #[test]
 fn draining_ends_even_if_a_render_does_not() {
     let mut service = Service::start(&[&NO_TIMEOUT[..], &["--drain-timeout", "0.3"]].concat());
-    let _client = service.begin("/v1/render", SLOW);
+    let client = service.begin("/v1/render", SLOW);
     service.wait_for(1, 0);
     service.terminate();
+    let given_up = Answer::read(client);
+    assert!(given_up.problem(503, "draining").to_string().contains("send it again"), "{}", given_up.text());
     assert!(service.ended().success());
 }
 

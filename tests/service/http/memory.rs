@@ -1,8 +1,10 @@
 //! Memory is bounded by `--memory-bytes`, whatever is sent. What counts is what the system says that the process has had.
 
+use super::access::{KeyFile, keyed};
 use super::operations::{get, number, with_admin};
-use crate::common::service::Service;
+use crate::common::service::{Service, request};
 use serde_json::json;
+use std::io::Write;
 use std::thread;
 use std::time::Duration;
 
@@ -52,6 +54,28 @@ fn a_storm_of_large_scenes_stays_within_the_memory_there_is() {
     let counted = number(&get(admin, "/metrics").text(), "strahl_memory_bytes") as u64;
     assert!(now < counted * 13 / 10 + 32 * MIB, "{} MiB, counted {}", now / MIB, counted / MIB);
     assert_eq!(service.post_json("/v1/render", &balls(10, 0)).status, 200);
+}
+
+/// Bodies that one tenant sends, and never finishes, leave memory to others.
+#[test]
+fn unfinished_bodies_of_one_tenant_leave_room_for_others() {
+    let file = KeyFile::new("unfinished", "");
+    let (acme, bolt) = (file.key("acme", "render"), file.key("bolt", "render"));
+    let service = file.serve(&["--memory-bytes", &(256 * MIB).to_string()]);
+    let length = 16 * MIB as usize;
+    let headers = [("Content-Type", "application/json"), ("Authorization", bolt.as_str())];
+    let unfinished = &request("POST", "/v1/render", &headers, &vec![b' '; length])[..];
+    let clients: Vec<_> = (0..12)
+        .map(|_| {
+            let mut client = service.connect();
+            // One that is refused is cut off while it sends.
+            _ = client.write_all(&unfinished[..unfinished.len() - 10]);
+            client
+        })
+        .collect();
+    let picture = keyed(&service, &acme, "POST", "/v1/render", &balls(60_000, 1));
+    assert_eq!(picture.status, 200, "{}", picture.text());
+    drop(clients);
 }
 
 /// A picture that fits, with layers that do not.

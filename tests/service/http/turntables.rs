@@ -330,7 +330,8 @@ fn jobs_take_models_as_their_bodies() {
     );
     service.send("POST", "/v1/jobs?size=1", &headers, &cube).problem(400, "invalid-parameter");
     let json = json!({ "scene": serde_json::from_str::<Value>(BALL).unwrap() }).to_string();
-    service.post_json("/v1/jobs?width=32", &json).problem(400, "invalid-parameter");
+    let beside = service.post_json("/v1/jobs?width=32", &json).problem(400, "invalid-parameter")["detail"].to_string();
+    assert!(beside.contains("width: a job in JSON says this in its body"), "{beside}");
 }
 
 #[test]

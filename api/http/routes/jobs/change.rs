@@ -53,12 +53,12 @@ struct JobChange {
 
 async fn change(
     State(app): State<App>,
-    NamedJob { job, .. }: NamedJob,
+    NamedJob { job, tenant }: NamedJob,
     headers: HeaderMap,
     body: RequestBody,
 ) -> Result<Response, Problem> {
     let expected = "the body is {\"priority\": N}, N from 0 to 100";
-    let body = body::read(&app, &headers, body).await?;
+    let body = body::read(&app, &tenant, &headers, body).await?;
     if body.as_ref().len() > CHANGE_BYTES {
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }

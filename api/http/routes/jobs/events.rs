@@ -133,9 +133,7 @@ impl Reader {
         }
         self.looked = Instant::now();
         let request = Request::from_parts(self.request.clone(), Body::empty());
-        let now = self.app.access.tenant(&request);
-        let may_all = |now: &Tenant| self.tenant.scopes.iter().all(|scope| now.may(*scope));
-        now.is_ok_and(|now| now.is_some_and(|now| now.name == self.tenant.name && may_all(&now)))
+        self.app.access.recheck(&self.tenant, &request).is_ok()
     }
 }
 

@@ -23,6 +23,9 @@ use strahl::sequence::{FRAMES, Sequence};
 /// Most labels of a job, and most characters of a label.
 const LABELS: [usize; 2] = [16, 64];
 
+const JSON_SAYS_ALL: &str = "a job in JSON says this in its body: `{\"scene\": ..., \"settings\": {\"width\": 640}, \
+                             \"output\": {\"format\": \"png16\"}}`";
+
 pub(super) fn routes() -> Vec<Route> {
     let about = "Submits a job: a render in the background, which survives a restart of the service.";
     let key = "A name for this submission: sent again with it, the same body gives the same job.";
@@ -112,12 +115,11 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
             return Err(problem);
         }
     };
-    let text = body::read(&app, &parts.headers, body).await?;
+    let text = body::read(&app, &tenant, &parts.headers, body).await?;
     let format = body::check_content(declared, text.as_ref())?;
     let query = Query::of(&parts.uri)?;
     let of_file = match format {
-        // A job says all of it in its body.
-        Format::Json => query.finish().map(|()| None)?,
+        Format::Json => query.refuse_all(JSON_SAYS_ALL).map(|()| None)?,
         _ => Some(of_file(query, format)?),
     };
     let said = parts.uri.query().filter(|_| of_file.is_some()).unwrap_or_default();

@@ -148,6 +148,12 @@ impl Coordinator<'_> {
         self.look_for_results(Duration::ZERO).await?;
         self.delete(note.stream_seq).await;
         let Some(piece) = self.flight.pieces.get(&number) else { return Ok(()) };
+        if self.farm.nodes.all_refuse(self.order.name) {
+            let reason = "its scene takes more memory than any node has (memory_bytes)".to_owned();
+            self.report(Death::Failed, &reason, piece.tiles.iter().map(|tile| tile.0).collect()).await;
+            self.farm.counts.dead.fetch_add(1, Ordering::Relaxed);
+            return Err(Stopped::Dead(Death::Failed, reason));
+        }
         if piece.begun.is_none() {
             // Nodes have handed it back, or were never heard of: none has tried.
             self.send_again(number, "it was handed back too often");

@@ -3,7 +3,7 @@
 
 use super::golden;
 use parking_lot::Mutex;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
@@ -19,6 +19,8 @@ const LOOKS: Duration = Duration::from_secs(3_600);
 const LOOKS_EXCLUDED: Duration = Duration::from_secs(60);
 /// Jobs that are remembered.
 const REMEMBERED: usize = 1_000;
+/// Likewise of those that are too large, which each heartbeat names.
+const REMEMBERED_LARGE: usize = 100;
 
 /// Why a node takes no work, if it does not, and since when.
 pub(super) type Exclusion = Option<(String, Instant)>;
@@ -39,6 +41,8 @@ struct Failures {
     of_jobs: HashMap<String, HashSet<u64>>,
     /// Jobs that are left to others, since when.
     avoided: HashMap<String, Instant>,
+    /// Jobs that are left to nodes with more memory, since when.
+    too_large: HashMap<String, Instant>,
     /// Jobs that have failed since the last success.
     in_a_row: HashSet<String>,
 }
@@ -51,6 +55,27 @@ impl Health {
     /// Whether the job is left to others.
     pub(super) fn avoids(&self, job: &str) -> bool {
         self.failures.lock().avoided.get(job).is_some_and(|since| since.elapsed() < AVOIDED)
+    }
+
+    /// A job that this node has too little memory for is left to others. That is no failure.
+    pub(super) fn leave(&self, job: &str) {
+        let mut failures = self.failures.lock();
+        failures.too_large.retain(|_, since| since.elapsed() < AVOIDED);
+        if failures.too_large.len() < REMEMBERED_LARGE {
+            failures.too_large.insert(job.to_owned(), Instant::now());
+        }
+    }
+
+    /// Those jobs.
+    pub(super) fn too_large(&self) -> BTreeSet<String> {
+        let failures = self.failures.lock();
+        let lately = failures.too_large.iter().filter(|(_, since)| since.elapsed() < AVOIDED);
+        lately.map(|(job, _)| job.clone()).collect()
+    }
+
+    /// Whether a job is one of them.
+    pub(super) fn is_too_large(&self, job: &str) -> bool {
+        self.failures.lock().too_large.get(job).is_some_and(|since| since.elapsed() < AVOIDED)
     }
 
     /// A piece was rendered.
@@ -140,6 +165,17 @@ mod tests {
         health.failed("a", 3);
         assert!(health.avoids("a") && !health.avoids("b"));
         assert!(health.excluded().borrow().is_none(), "it may be the job's fault");
+    }
+
+    #[test]
+    fn a_job_that_is_too_large_is_left_to_others_and_no_failure() {
+        let health = Health::new();
+        for job in ["a", "b", "c", "d"] {
+            health.leave(job);
+        }
+        assert!(health.is_too_large("a") && !health.is_too_large("e") && !health.avoids("a"));
+        assert_eq!(health.too_large().len(), 4);
+        assert!(health.excluded().borrow().is_none());
     }
 
     #[test]

@@ -288,6 +288,7 @@ impl Node {
             tiles: count(&self.counts.tiles),
             busy_ms: count(&self.counts.busy_ms),
             failures: count(&self.counts.failures),
+            too_large: self.health.too_large(),
         }
     }
 }

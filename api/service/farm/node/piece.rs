@@ -24,6 +24,9 @@ const FAILURES: i64 = 3;
 const FOR_ANOTHER_VERSION: Duration = Duration::from_secs(30);
 const FOR_ROOM: Duration = Duration::from_secs(2);
 const FOR_OTHERS: Duration = Duration::from_secs(5);
+/// The same for a node with more memory, while this one asks for no work, or it would get the same again.
+const FOR_LARGER: Duration = Duration::from_millis(200);
+const REST: Duration = Duration::from_secs(1);
 /// How long a piece is held whose scene cannot be had.
 const HELD: Duration = Duration::from_secs(120);
 
@@ -35,6 +38,8 @@ enum Stopped {
     Draining,
     /// Later, or elsewhere, it may be.
     NotNow(String),
+    /// On a node with more memory it may be.
+    TooLarge(String),
     /// It has failed.
     Failed(String),
 }
@@ -60,6 +65,10 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
     if node.health.avoids(&piece.job) {
         return answer(&message, AckKind::Nak(Some(FOR_OTHERS))).await;
     }
+    if node.health.is_too_large(&piece.job) {
+        answer(&message, AckKind::Nak(Some(FOR_LARGER))).await;
+        return tokio::time::sleep(REST).await;
+    }
     let began = Instant::now();
     let _busy = node.busy();
     let note = Begun { piece: piece.piece, node: node.id.clone() };
@@ -82,6 +91,12 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
         Err(Stopped::NotNow(why)) => {
             tracing::warn!(job = piece.job, why, "a piece is given back");
             AckKind::Nak(Some(FOR_ROOM))
+        }
+        Err(Stopped::TooLarge(why)) => {
+            tracing::warn!(job = piece.job, why, "a job is left to nodes with more memory");
+            node.health.leave(&piece.job);
+            node.changed.send_replace(());
+            AckKind::Nak(Some(FOR_LARGER))
         }
         Err(Stopped::Failed(why)) => failed(node, &piece, delivered, why).await,
         Err(Stopped::Unwanted) => failed(node, &piece, delivered, complaint.unwrap_or_default().to_owned()).await,
@@ -140,6 +155,7 @@ async fn scene(node: &Arc<Node>, piece: &Piece, lease: &Lease) -> Result<Held, S
             Ok(scene) => return Ok(scene),
             Err(NoScene::NotNow(why)) if began.elapsed() > HELD => return Err(Stopped::NotNow(why)),
             Err(NoScene::NotNow(why)) => tracing::warn!(job = piece.job, why, "a scene is waited for"),
+            Err(NoScene::TooLarge(why)) => return Err(Stopped::TooLarge(why)),
             Err(NoScene::Never(why)) => return Err(Stopped::Failed(why)),
             Err(NoScene::Cancelled) => return Err(stopped(node)),
         }

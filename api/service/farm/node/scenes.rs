@@ -42,6 +42,8 @@ type Flight = Weak<tokio::sync::Mutex<Weak<PreparedScene>>>;
 pub(super) enum NoScene {
     /// There is no room, or the store does not answer: later there may be.
     NotNow(String),
+    /// This node has too little memory for it.
+    TooLarge(String),
     /// Not on this node, and likely on no other.
     Never(String),
     /// It is not wanted any more.
@@ -122,7 +124,7 @@ impl NodeScenes {
             Err(Error::Busy { detail, .. }) => Err(NoScene::NotNow(detail)),
             Err(Error::Cancelled) => Err(NoScene::Cancelled),
             Err(Error::Scene(problems)) => Err(NoScene::Never(format!("the scene has problems: {problems}"))),
-            Err(Error::Limit { detail, .. }) => Err(NoScene::Never(detail)),
+            Err(Error::Limit { detail, .. }) => Err(NoScene::TooLarge(detail)),
             Err(error) => Err(NoScene::Never(format!("the scene cannot be built: {error:?}"))),
         }
     }
