@@ -38,7 +38,7 @@ fn check(file: &Path) -> Result<(), Failure> {
     Cli::command().try_get_matches_from(all).map_err(|error| {
         let text = error.render().to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);
-        // What is missing, or which values there are, comes in the next lines; flags and help are not the file's.
+        // What is missing, or which values there are, comes in the next lines.
         let said: Vec<_> =
             text.lines().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more")).collect();
         Failure::Usage(format!("{}: {}", file.display(), said.join("\n").trim_end()))

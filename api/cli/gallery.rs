@@ -30,6 +30,8 @@ pub(super) struct GalleryArgs {
     settings: SettingsArgs,
 }
 
+/// Ends of the names of scene files and models in folders.
+const SCENES: [&str; 8] = [".json", ".nff", ".nff.gz", ".glb", ".gltf", ".obj", ".stl", ".ply"];
 /// Quality of the JPEGs on the page.
 const QUALITY: u8 = 90;
 
@@ -72,7 +74,7 @@ fn find(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), Failure> {
     entries.sort();
     let is_scene = |path: &PathBuf| {
         let name = path.to_string_lossy().to_ascii_lowercase();
-        path.is_dir() || [".json", ".nff", ".nff.gz"].iter().any(|ending| name.ends_with(ending))
+        path.is_dir() || SCENES.iter().any(|ending| name.ends_with(ending))
     };
     entries.iter().filter(|path| is_scene(path)).try_for_each(|path| find(path, files))
 }

@@ -3,6 +3,7 @@
 //! Whoever makes something large takes a [`Share`] before, which goes with it for as long as it is there. What has no room is
 //! refused, once the caches have forgotten what they keep.
 
+use super::ANONYMOUS;
 use super::error::Error;
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
@@ -45,8 +46,8 @@ pub(crate) struct Share {
     beside: u64,
 }
 
-/// What the bodies of a tenant's requests take, this one's part of which is given back when it is dropped. All of them may take
-/// half of the budget, so that what one tenant sends, and does not finish, leaves room for others.
+/// What the bodies of a tenant's requests take, this one's part of which is given back when it is dropped. Beside another one none
+/// may grow beyond half of the budget with it, so that what one tenant sends, and does not finish, leaves room for others.
 #[derive(Debug)]
 struct BodyShare {
     budget: MemoryBudget,
@@ -96,8 +97,10 @@ impl MemoryBudget {
 
     /// No bytes yet of a body that a tenant sends.
     pub(crate) fn body_of(&self, tenant: &str) -> MeteredBytes {
-        let body = BodyShare { budget: self.clone(), tenant: tenant.to_owned(), bytes: 0 };
-        MeteredBytes { body: Some(body), ..self.empty() }
+        // Without keys all clients are one tenant, from which none is protected.
+        let has_tenants = tenant != ANONYMOUS;
+        let body = has_tenants.then(|| BodyShare { budget: self.clone(), tenant: tenant.to_owned(), bytes: 0 });
+        MeteredBytes { body, ..self.empty() }
     }
 
     /// A share for a few bytes that are there already.
@@ -199,7 +202,7 @@ impl BodyShare {
         let taken = bodies.entry(self.tenant.clone()).or_default();
         if *taken > self.bytes && taken.saturating_add(more) > self.budget.most() / 2 {
             let detail = "bodies of your other requests take half of the memory there is (memory_bytes)".into();
-            return Err(Error::Busy { detail, retry_after: RETRY_AFTER });
+            return Err(Error::TenantBusy { detail, retry_after: RETRY_AFTER });
         }
         *taken += more;
         self.bytes += more;
@@ -265,7 +268,7 @@ mod tests {
         let budget = MemoryBudget::new(PROGRAM + 100);
         let [mut first, mut second] = [0, 1].map(|_| budget.body_of("bolt"));
         first.append(&[0; 40]).unwrap();
-        assert!(matches!(second.append(&[0; 20]), Err(Error::Busy { .. })));
+        assert!(matches!(second.append(&[0; 20]), Err(Error::TenantBusy { .. })));
         second.append(&[0; 10]).unwrap();
         budget.body_of("acme").append(&[0; 40]).unwrap();
         drop(second);

@@ -170,8 +170,9 @@ impl Reader {
             }
             return Ok(());
         };
-        let Some(second) = text.word() else { return first.number().map(drop) };
-        let color = [first.number()?, second.number()?, text.number()?];
+        let Some(second) = text.word() else { return first.number_or_nan().map(drop) };
+        let third = text.expected("a number")?;
+        let color = [self.number_or_zero(first)?, self.number_or_zero(second)?, self.number_or_zero(third)?];
         self.colors.resize(self.points.len(), [1.0; 3]);
         self.colors.push(color.map(|channel| math::srgb_to_linear(channel.clamp(0.0, 1e6))));
         Ok(())

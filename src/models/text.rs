@@ -24,12 +24,12 @@ impl Word<'_> {
         number.ok_or_else(|| self.fault(Kind::WrongType, format!("expected a number, found {}", self.quoted())))
     }
 
-    /// Its value, or NaN where a program had none: C libraries write `nan`, `-nan(ind)`, `inf`, `-1.#IND` or `1.#QNAN`.
+    /// Its value, or NaN where it is not finite: `nan`, `-inf`, and what C libraries write, as `-nan(ind)`, `-1.#IND` or `1.#QNAN`.
     pub(super) fn number_or_nan(&self) -> Result<f64, Fault> {
-        let unsigned = self.text.strip_prefix(b"-").unwrap_or(self.text);
-        let name = unsigned.strip_prefix(b"1.#").unwrap_or(unsigned).to_ascii_lowercase();
-        let is_missing = ["nan", "ind", "inf", "qnan", "snan"].iter().any(|known| name.starts_with(known.as_bytes()));
-        if is_missing { Ok(f64::NAN) } else { self.number() }
+        let unsigned = self.text.strip_prefix(b"-").unwrap_or(self.text).to_ascii_lowercase();
+        let is_of_c = unsigned.starts_with(b"nan(") || unsigned.starts_with(b"1.#");
+        let is_infinite = || fast_float2::parse(self.text).is_ok_and(|number: f64| !number.is_finite());
+        if is_of_c || is_infinite() { Ok(f64::NAN) } else { self.number() }
     }
 
     /// A fault at its place.
@@ -38,7 +38,8 @@ impl Word<'_> {
     }
 }
 
-/// A text, read word by word within lines. `#` starts a comment; a line that ends with `\` goes on in the next one.
+/// A text, read word by word within lines. `#` starts a comment, but for NaN as
+/// some C libraries write it (`1.#QNAN`); a line that ends with `\` goes on in the next one.
 #[derive(Debug)]
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
@@ -70,7 +71,7 @@ impl<'a> Text<'a> {
         let start = self.at;
         while let Some(byte) = self.bytes.get(self.at)
             && !byte.is_ascii_whitespace()
-            && *byte != b'#'
+            && (*byte != b'#' || self.bytes[start..self.at].ends_with(b"1."))
             && !(*byte == b'\\' && self.continues())
         {
             self.at += 1;

@@ -15,6 +15,8 @@ use crate::scene::world::World;
 
 /// Most surfaces along a shadow ray; light passes those behind.
 const MAX_CROSSINGS: usize = 1000;
+/// Most of a ray's length that is leapt over behind a surface, where it only grazes it.
+const LONGEST_STEP: f64 = 1.0 / 1_024.0;
 
 /// Stacks the rays that go on where surfaces are only partly there, and forgets the hits where nothing is there.
 #[inline(never)]
@@ -44,7 +46,7 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
                 tracer.cones.go_on();
                 // The ray itself, from where it has got to: it has its own place among the rays that leave from here.
                 let on = RayPacket {
-                    t_min: hits.t,
+                    t_min: behind(s, hits, rays.dir),
                     weight,
                     active: open,
                     depth: rays.depth + 1,
@@ -59,6 +61,15 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
             hits.found &= !(opacity.le(L::lit(s, 0.0)).bits() & open);
         },
     );
+}
+
+/// Where straight rays go on: beyond the errors of the place where they have met a surface. At an edge that two triangles share, the
+/// other one is met at the same place but for roundings, and would be there twice.
+#[inline(always)]
+fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
+    let error = hits.ng.abs().dot(hits.surface.error);
+    let step = (error + error) / hits.ng.dot(dir).abs();
+    hits.t + step.min(hits.t * L::lit(s, LONGEST_STEP))
 }
 
 /// The share of each channel that passes the surfaces along shadow rays which are only partly there. The rays end at `t_max`
@@ -100,7 +111,7 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, blockers: Blockers, mut ra
         }
         left = V3::select(L::mask(s, lanes), left.times(through), left);
         let found = L::mask(s, hits.found);
-        rays.t_min = L::select(found, hits.t, rays.t_min);
+        rays.t_min = L::select(found, behind(s, &hits, rays.dir), rays.t_min);
         rays.active = found & left.x.max(left.y).max(left.z).gt(zero);
     }
     left

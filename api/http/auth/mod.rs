@@ -113,7 +113,7 @@ impl Access {
         if now.is_some_and(|now| now.name == tenant.name && may_all(&now)) {
             return Ok(());
         }
-        Err(Problem::new(Kind::Forbidden, "this key has lost what it needs for this, while it was waited for"))
+        Err(Problem::new(Kind::Forbidden, "this key has lost some of its scopes, while this was waited for"))
     }
 
     /// What messages about a tenant's jobs are signed with.

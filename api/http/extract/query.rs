@@ -337,10 +337,10 @@ impl Query {
         }
     }
 
-    /// Ends reading where nothing may be given, and says why.
-    pub(crate) fn refuse_all(mut self, why: &str) -> Result<(), Problem> {
-        for (name, _) in self.given.clone() {
-            self.refuse(&name, why);
+    /// Ends reading where nothing may be given. Says why of parameters that some code reads elsewhere.
+    pub(crate) fn refuse_all<T>(mut self, read: impl FnOnce(&mut Self) -> T, why: &str) -> Result<(), Problem> {
+        for known in Self::describe(read) {
+            self.refuse(known.name, why);
         }
         self.finish()
     }

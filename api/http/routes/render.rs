@@ -110,7 +110,7 @@ async fn other_methods(State(app): State<App>, request: Request) -> Result<Respo
         response.headers_mut().extend(allowed());
         return Ok(response);
     }
-    let mut response = answer(app, request, |_| None).await?;
+    let mut response = answer(app, request, |_| None).await.unwrap_or_else(IntoResponse::into_response);
     put(response.headers_mut(), header::ALLOW, ALLOWED);
     Ok(response)
 }

@@ -46,7 +46,7 @@ pub(crate) struct NodeRecord {
     pub(crate) busy_ms: u64,
     /// Pieces that failed.
     pub(crate) failures: u64,
-    /// Jobs for which it has too little memory.
+    /// Scenes for which it has too little memory, by the names of their texts.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub(crate) too_large: BTreeSet<String>,
 }
@@ -115,21 +115,18 @@ impl Nodes {
 
     /// Pieces that all can render at one time with this version of the renderer.
     pub(crate) fn slots(&self) -> u32 {
-        self.able(|node| node.slots).iter().sum()
-    }
-
-    /// Whether there are nodes, and a job is too large for each of them.
-    pub(crate) fn all_refuse(&self, job: &str) -> bool {
-        let refuse = self.able(|node| node.too_large.contains(job));
-        !refuse.is_empty() && refuse.iter().all(|refuses| *refuses)
-    }
-
-    /// Something of each node that takes work and has this version of the renderer.
-    fn able<T>(&self, of: impl Fn(&NodeRecord) -> T) -> Vec<T> {
         let nodes = self.0.lock();
         let able = nodes.values().filter(|(node, heard)| {
             node.state == NodeState::Ready && node.kid == renderer() && heard.elapsed() < NODE_AGE
         });
-        able.map(|(node, _)| of(node)).collect()
+        able.map(|(node, _)| node.slots).sum()
+    }
+
+    /// Whether there are nodes with this version, and a scene is too large for each of them.
+    pub(crate) fn all_refuse(&self, scene: &str) -> bool {
+        let nodes = self.0.lock();
+        let mut alive = nodes.values().filter(|(node, heard)| node.kid == renderer() && heard.elapsed() < NODE_AGE);
+        let mut refuse = alive.clone().map(|(node, _)| node.too_large.contains(scene));
+        alive.next().is_some() && refuse.all(|refuses| refuses)
     }
 }

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::ops::Not;
 use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::scene::{Format, Overrides};
@@ -153,6 +154,9 @@ pub(crate) struct Begun {
     pub(crate) piece: u64,
     /// The node.
     pub(crate) node: String,
+    /// It has too little memory for the scene, so it has not begun after all.
+    #[serde(default, skip_serializing_if = "Not::not")]
+    pub(crate) refused: bool,
 }
 
 /// Work was given up.

@@ -192,6 +192,7 @@ impl Backend for Remote<'_> {
             coordinator::Stopped::Dead(Death::Killed, detail) => {
                 Stopped::Failed(Failure { slug: "abandoned".into(), detail })
             }
+            coordinator::Stopped::TooLarge(detail) => Stopped::Failed(Failure::too_large(&detail)),
             coordinator::Stopped::Dead(_, detail) => Stopped::Failed(Failure::internal(&detail)),
             coordinator::Stopped::Broker(error) => {
                 Stopped::Failed(Failure::internal(&format!("the farm's broker: {error}")))

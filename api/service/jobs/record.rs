@@ -90,9 +90,11 @@ pub(crate) struct Record {
     /// In a farm: the front that works on it, or that has yet to remove what it leaves behind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) front: Option<String>,
-    /// In a farm: fronts that have too little memory for it.
+    /// In a farm: fronts that have too little memory for it, and when the first one found out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) refused: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) refused_at: Option<u64>,
     /// In a farm: bytes of the text of its scene.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(crate) text_bytes: u64,
@@ -178,6 +180,7 @@ impl Record {
             outbox: Outbox::default(),
             front: None,
             refused: Vec::new(),
+            refused_at: None,
             text_bytes: 0,
             forgotten: false,
         }
@@ -305,6 +308,11 @@ impl Failure {
     pub(super) fn internal(detail: &str) -> Self {
         Self { slug: "internal".into(), detail: detail.into() }
     }
+
+    /// It takes more memory than there is.
+    pub(super) fn too_large(detail: &str) -> Self {
+        Self { slug: "cost-limit".into(), detail: detail.into() }
+    }
 }
 
 impl From<&Problems> for Failure {
@@ -330,7 +338,7 @@ impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         match error {
             Error::Scene(problems) => problems.into(),
-            Error::Limit { detail, .. } => Self { slug: "cost-limit".into(), detail: detail.clone() },
+            Error::Limit { detail, .. } => Self::too_large(detail),
             _ => Self { slug: "internal".into(), detail: "the scene cannot be built".into() },
         }
     }

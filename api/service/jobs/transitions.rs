@@ -17,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// How often a record is changed again after another front has changed it first.
 const TRIES: u32 = 100;
+/// Time for a front with more memory to come, if there is none.
+const FOR_A_LARGER_FRONT: Duration = Duration::from_secs(60);
 /// Time until the end of a job is written again, while it cannot be.
 const BETWEEN_WRITES: Duration = Duration::from_secs(1);
 
@@ -131,37 +133,45 @@ impl Jobs {
         }
     }
 
-    /// Lets a front with more memory go on with a job. False if there is none that has not refused it, too.
+    /// Lets a front with more memory go on with a job. False if there is none that has not refused it, too, and none has come for
+    /// some time: a larger one may only be starting again.
     pub(super) fn pass_on(&self, job: &Arc<Job>) -> bool {
         let Some(front) = self.records.front() else { return false };
-        let passed = self.change(job, |record| {
+        let change = |record: &mut Record| {
             if !self.is_mine(record) || record.state.is_final() {
                 return false;
             }
-            record.refused.push(front.to_owned());
-            if !self.records.has_other(&record.refused) {
-                return false;
+            if !record.refused.iter().any(|refused| refused == front) {
+                record.refused.push(front.to_owned());
             }
+            record.refused_at.get_or_insert_with(now);
             (record.state, record.front) = (State::Queued, None);
-            true
-        });
-        let passed = passed.unwrap_or_else(|error| {
-            tracing::error!(%error, "a record cannot be written");
-            false
-        });
-        if passed {
-            tracing::warn!(
-                job = job.record().id,
-                "this front has too little memory for a job, and leaves it to others"
-            );
+            self.is_for_others(record)
+        };
+        loop {
+            match self.change(job, change) {
+                Ok(true) => {
+                    let job = &job.record().id;
+                    tracing::warn!(job, "this front has too little memory for a job, and leaves it to others");
+                    return true;
+                }
+                Ok(false) => return false,
+                Err(error) if job.control().is_cancelled() => {
+                    tracing::error!(%error, "a record cannot be written");
+                    return false;
+                }
+                Err(error) => tracing::error!(%error, "a record cannot be written"),
+            }
+            thread::sleep(BETWEEN_WRITES);
         }
-        passed
     }
 
     /// Whether a job is left to other fronts, since this one has too little memory for it.
     pub(super) fn is_for_others(&self, record: &Record) -> bool {
         let is_refused = |front: &str| record.refused.iter().any(|refused| refused == front);
-        self.records.front().is_some_and(is_refused) && self.records.has_other(&record.refused)
+        let is_new =
+            || record.refused_at.is_some_and(|at| now().saturating_sub(at) < FOR_A_LARGER_FRONT.as_millis() as u64);
+        self.records.front().is_some_and(is_refused) && (self.records.has_other(&record.refused) || is_new())
     }
 
     /// Writes the final state of a job that this process works on, and tells observer and watchers. It counts only if no other

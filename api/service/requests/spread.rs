@@ -79,7 +79,7 @@ fn finish(farm: &Farm, order: &Order<'_>, tiles: &mut OfPicture) -> Result<bool,
     match ended {
         Ok(()) => Ok(true),
         Err(Stopped::Cancelled) => Err(Cancelled),
-        Err(Stopped::Dead(_, why) | Stopped::Broker(why)) => {
+        Err(Stopped::Dead(_, why) | Stopped::TooLarge(why) | Stopped::Broker(why)) => {
             tracing::warn!(why, "nodes cannot render a picture; it is rendered here");
             Ok(false)
         }

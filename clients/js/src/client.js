@@ -9,8 +9,8 @@ const JSON_TYPE = { "content-type": "application/json" };
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
+ * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
  * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
@@ -308,10 +308,22 @@ export class Client {
    * @param {Record<string, unknown>} query
    */
   async #asked(scene, query) {
-    const type = scene instanceof Blob && scene.type ? scene.type : "application/json";
+    const type = await typeOf(scene);
     const body = scene instanceof Blob || scene instanceof Uint8Array ? scene : await textOf(scene);
     return { method: "POST", query, headers: { "content-type": type }, body };
   }
+}
+
+/**
+ * The media type of a scene or a model.
+ * @param {Scene} scene
+ */
+async function typeOf(scene) {
+  if (scene instanceof Blob && scene.type) return scene.type;
+  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return "application/json";
+  const start = scene instanceof Blob ? new Uint8Array(await scene.slice(0, 64).arrayBuffer()) : scene.subarray(0, 64);
+  // The service knows models by their content.
+  return /^\ufeff?\s*({|$)/.test(new TextDecoder().decode(start)) ? "application/json" : "application/octet-stream";
 }
 
 /** @param {ImageLike} one */

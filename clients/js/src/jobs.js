@@ -302,7 +302,7 @@ export function checkLayers(what, options) {
 export async function textOf(scene) {
   if (typeof scene === "string") return scene;
   if (scene instanceof Blob) {
-    if (scene.type && !/json/.test(scene.type)) throw new TypeError("this request takes a scene in JSON; NFF can be rendered and explained");
+    if (scene.type && !/json/.test(scene.type)) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
     return scene.text();
   }
   return scene instanceof Uint8Array ? new TextDecoder().decode(scene) : JSON.stringify(scene);

@@ -33,6 +33,10 @@ test("linear light, tiles and NFF", async () => {
   const nff = new Blob(["v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n"], { type: "text/x-nff" });
   assert.equal((await client.render(nff, { format: "pfm" })).floats().width, 16);
   await assert.rejects(client.jobs.submit(nff), TypeError);
+  const model = new TextEncoder().encode("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  for (const sent of [model, new Blob([model]), new Blob([model], { type: "model/obj" })]) {
+    assert.equal((await client.render(sent, { width: 20, height: 16, format: "pfm" })).floats().width, 20);
+  }
 });
 
 test("questions about a scene", async () => {

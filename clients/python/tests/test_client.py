@@ -58,6 +58,12 @@ def test_scenes_come_as_text_bytes_and_files(client, tmp_path):
     nff = tmp_path / "ball.nff"
     nff.write_text("v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n")
     assert client.render(nff).numpy().shape == (16, 16, 3)
+    cube = tmp_path / "tetrahedron.obj"
+    cube.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    for model in (cube, cube.read_bytes()):
+        assert client.render(model, width=20, height=16, view="front").numpy().shape[:2] == (16, 20)
+    with pytest.raises(InvalidArgument, match="models can be rendered"):
+        client.jobs.submit(cube)
     with pytest.raises(ValueError, match="NFF"):
         client.jobs.submit(nff)
     with pytest.raises(ValueError):

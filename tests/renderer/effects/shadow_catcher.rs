@@ -1,6 +1,8 @@
 //! Surfaces that show shadows alone.
 
 use super::*;
+use crate::common::Random;
+use std::f64::consts::TAU;
 
 /// A floor that catches shadows is nowhere but where a lamp is hidden, in colors and in alpha.
 #[test]
@@ -46,6 +48,32 @@ fn a_shadow_catcher_shows_shadows_alone() {
     dark["lights"] = json!([]);
     assert!(!effects(&dark).has(Effect::ShadowCatcher));
     assert_eq!(pixels(dark, "single"), [[0.5; 3]; 3]);
+}
+
+/// A ray that meets two triangles at the edge that they share passes one surface. Vertices are where rays go through edges often.
+#[test]
+fn surfaces_that_are_partly_there_have_no_seams() {
+    for (seed, precision) in (0..24).zip(["single", "double"].into_iter().cycle()) {
+        let mut random = Random::new(seed);
+        let [x, z] = [0, 1].map(|_| random.between(-7.0, 7.0));
+        let corner = |i: u32| {
+            let (sin, cos) = (TAU * f64::from(i) / 8.0).sin_cos();
+            [x + 4.0 * cos, 0.0, z + 4.0 * sin]
+        };
+        let vertices: Vec<_> = std::iter::once([x, 0.0, z]).chain((0..8).map(corner)).collect();
+        let faces: Vec<_> = (0..8).map(|i| [0, 1 + (i + 1) % 8, 1 + i]).collect();
+        let scene = json!({
+            "version": 1, "image": { "width": 41, "height": 41 },
+            "camera": { "pinhole": { "eye": [x, 9, z], "look_at": [x, 0, z], "up": [0, 0, -1], "vfov_deg": 30 } },
+            "ambient": 1, "lights": [], "film": { "background": "transparent" },
+            "materials": { "veil": { "pbr": { "base_color": 0.5, "opacity": { "alpha": 0.25 } } } },
+            "objects": [{ "mesh": { "vertices": vertices, "faces": faces, "material": "veil" } }],
+            "render": { "antialias": false }
+        });
+        let film = picture(&super::scene(scene, precision)).film;
+        let off = film.alpha.iter().filter(|alpha| (**alpha - 0.25).abs() > 1e-6).count();
+        assert_eq!(off, 0, "{seed} {precision}: {:?}", film.alpha);
+    }
 }
 
 /// A floor of which all lies in the shadow of a ceiling behind the camera.

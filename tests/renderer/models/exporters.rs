@@ -178,10 +178,11 @@ fn numbers_that_are_missing_refuse_a_model_only_where_they_are_places() {
     };
     let read = |format, text: &str| imported(text.as_bytes(), format, &overrides("front"));
     let warned = |imported: &_| warnings(imported).iter().any(|detail| detail.starts_with("assumed: numbers"));
-    for missing in ["nan", "-nan(ind)", "NaN", "-1.#IND", "1.#QNAN00", "inf"] {
+    for missing in ["nan", "-nan(ind)", "NaN", "-1.#IND", "1.#QNAN00", "inf", "1e999"] {
         for (format, text) in [
             (ModelFormat::Obj, obj("0", missing, "0")),
             (ModelFormat::Obj, obj("0", "0", missing)),
+            (ModelFormat::Obj, obj("0 0.5 0.5 0.5", "0", "0").replacen("0.5", missing, 1)),
             (ModelFormat::Ply, ply("0", missing, "1")),
         ] {
             let imported = read(format, &text);

@@ -101,6 +101,13 @@ fn output(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "$ref": "#/components/schemas/PictureOutput" })
 }
 
+/// What a body of JSON says.
+fn of_body(query: &mut Query) {
+    query.settings(Format::Json);
+    query.output();
+    file_parameters(query);
+}
+
 async fn submit(State(app): State<App>, request: Request) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
@@ -119,7 +126,7 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     let format = body::check_content(declared, text.as_ref())?;
     let query = Query::of(&parts.uri)?;
     let of_file = match format {
-        Format::Json => query.refuse_all(JSON_SAYS_ALL).map(|()| None)?,
+        Format::Json => query.refuse_all(of_body, JSON_SAYS_ALL).map(|()| None)?,
         _ => Some(of_file(query, format)?),
     };
     let said = parts.uri.query().filter(|_| of_file.is_some()).unwrap_or_default();

@@ -69,6 +69,8 @@ pub(crate) enum Stopped {
     Cancelled,
     /// Work was given up.
     Dead(Death, String),
+    /// No node has the memory for the scene.
+    TooLarge(String),
     /// The broker does not do what it has to.
     Broker(String),
 }
@@ -101,6 +103,8 @@ struct Coordinator<'a> {
     heard: Heard,
     room: Room,
     swept: Instant,
+    /// Since when its scene is too large for all nodes.
+    refused: Option<Instant>,
     /// Begins the ids of messages. Another coordinator of the same job has another: the broker would take its pieces for these,
     /// and nodes would drop them after this one has ended.
     life: String,
@@ -149,6 +153,7 @@ impl<'a> Coordinator<'a> {
             heard,
             room: Room { slots: 0, pieces: 0, measured: None },
             swept: Instant::now(),
+            refused: None,
             life: uuid::Uuid::now_v7().simple().to_string(),
         };
         // Pieces of a coordinator before this one: nodes may go on with those that they have.
@@ -302,6 +307,11 @@ impl<'a> Coordinator<'a> {
         if let Some(piece) = self.flight.pieces.get_mut(&begun.piece) {
             let now = Instant::now();
             (piece.begun, piece.heard) = (Some(now), now);
+            if begun.refused {
+                piece.tried.1 = (piece.tried.1 - 1).max(0);
+                piece.begun = piece.begun.filter(|_| piece.tried.1 > 0);
+                return;
+            }
             let first = piece.tiles.first().map(|tile| tile.0);
             piece.tried = (first, if piece.tried.0 == first { piece.tried.1 + 1 } else { 1 });
         }

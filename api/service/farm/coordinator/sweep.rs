@@ -16,6 +16,8 @@ use std::time::{Duration, Instant};
 const SLOW: f64 = 4.0;
 /// And after this time, since copies cost more than they save before.
 const SLOW_MS: f64 = 1_000.0;
+/// Leases for which all nodes refuse a scene until its job is given up.
+const REFUSED: f64 = 3.0;
 /// Pieces that are looked after in one sweep.
 const AT_ONCE: usize = 64;
 
@@ -32,6 +34,7 @@ impl Coordinator<'_> {
     /// Looks after all pieces that were silent for long.
     pub(super) async fn sweep(&mut self) -> Result<(), Stopped> {
         let lease = self.farm.lease;
+        self.check_memory()?;
         self.look_for_results(lease / 2).await?;
         let silent = |wait: Duration| {
             move |(number, piece): (&u64, &super::flight::InFlight)| {
@@ -62,6 +65,18 @@ impl Coordinator<'_> {
         }
         self.double_stragglers();
         Ok(())
+    }
+
+    /// Gives the job up once its scene has been too large for all nodes for some time: a larger one may only be starting again.
+    fn check_memory(&mut self) -> Result<(), Stopped> {
+        if !self.farm.nodes.all_refuse(&self.order.scene.text) {
+            self.refused = None;
+            return Ok(());
+        }
+        if self.refused.get_or_insert_with(Instant::now).elapsed() < self.farm.lease.mul_f64(REFUSED) {
+            return Ok(());
+        }
+        Err(Stopped::TooLarge("its scene takes more memory than any node has (memory_bytes)".into()))
     }
 
     /// Fetches results of pieces that nodes have, and of which nothing was heard for some time.
@@ -148,12 +163,6 @@ impl Coordinator<'_> {
         self.look_for_results(Duration::ZERO).await?;
         self.delete(note.stream_seq).await;
         let Some(piece) = self.flight.pieces.get(&number) else { return Ok(()) };
-        if self.farm.nodes.all_refuse(self.order.name) {
-            let reason = "its scene takes more memory than any node has (memory_bytes)".to_owned();
-            self.report(Death::Failed, &reason, piece.tiles.iter().map(|tile| tile.0).collect()).await;
-            self.farm.counts.dead.fetch_add(1, Ordering::Relaxed);
-            return Err(Stopped::Dead(Death::Failed, reason));
-        }
         if piece.begun.is_none() {
             // Nodes have handed it back, or were never heard of: none has tried.
             self.send_again(number, "it was handed back too often");

@@ -41,7 +41,7 @@ struct Failures {
     of_jobs: HashMap<String, HashSet<u64>>,
     /// Jobs that are left to others, since when.
     avoided: HashMap<String, Instant>,
-    /// Jobs that are left to nodes with more memory, since when.
+    /// Scenes that are left to nodes with more memory, by the names of their texts, since when.
     too_large: HashMap<String, Instant>,
     /// Jobs that have failed since the last success.
     in_a_row: HashSet<String>,
@@ -57,25 +57,27 @@ impl Health {
         self.failures.lock().avoided.get(job).is_some_and(|since| since.elapsed() < AVOIDED)
     }
 
-    /// A job that this node has too little memory for is left to others. That is no failure.
-    pub(super) fn leave(&self, job: &str) {
-        let mut failures = self.failures.lock();
-        failures.too_large.retain(|_, since| since.elapsed() < AVOIDED);
-        if failures.too_large.len() < REMEMBERED_LARGE {
-            failures.too_large.insert(job.to_owned(), Instant::now());
+    /// A scene that this node has too little memory for is left to others. That is no failure.
+    pub(super) fn leave(&self, scene: &str) {
+        let too_large = &mut self.failures.lock().too_large;
+        too_large.insert(scene.to_owned(), Instant::now());
+        if too_large.len() > REMEMBERED_LARGE
+            && let Some(oldest) = too_large.iter().min_by_key(|(_, since)| **since).map(|(scene, _)| scene.clone())
+        {
+            too_large.remove(&oldest);
         }
     }
 
-    /// Those jobs.
+    /// Those scenes.
     pub(super) fn too_large(&self) -> BTreeSet<String> {
         let failures = self.failures.lock();
         let lately = failures.too_large.iter().filter(|(_, since)| since.elapsed() < AVOIDED);
-        lately.map(|(job, _)| job.clone()).collect()
+        lately.map(|(scene, _)| scene.clone()).collect()
     }
 
-    /// Whether a job is one of them.
-    pub(super) fn is_too_large(&self, job: &str) -> bool {
-        self.failures.lock().too_large.get(job).is_some_and(|since| since.elapsed() < AVOIDED)
+    /// Whether a scene is one of them.
+    pub(super) fn is_too_large(&self, scene: &str) -> bool {
+        self.failures.lock().too_large.get(scene).is_some_and(|since| since.elapsed() < AVOIDED)
     }
 
     /// A piece was rendered.
@@ -168,13 +170,13 @@ mod tests {
     }
 
     #[test]
-    fn a_job_that_is_too_large_is_left_to_others_and_no_failure() {
+    fn a_scene_that_is_too_large_is_left_to_others_and_no_failure() {
         let health = Health::new();
-        for job in ["a", "b", "c", "d"] {
-            health.leave(job);
+        for scene in 0..=REMEMBERED_LARGE {
+            health.leave(&scene.to_string());
         }
-        assert!(health.is_too_large("a") && !health.is_too_large("e") && !health.avoids("a"));
-        assert_eq!(health.too_large().len(), 4);
+        assert!(health.is_too_large("100") && !health.is_too_large("0") && !health.avoids("100"), "the oldest went");
+        assert_eq!(health.too_large().len(), REMEMBERED_LARGE);
         assert!(health.excluded().borrow().is_none());
     }
 

@@ -24,7 +24,7 @@ const FAILURES: i64 = 3;
 const FOR_ANOTHER_VERSION: Duration = Duration::from_secs(30);
 const FOR_ROOM: Duration = Duration::from_secs(2);
 const FOR_OTHERS: Duration = Duration::from_secs(5);
-/// The same for a node with more memory, while this one asks for no work, or it would get the same again.
+/// The same for a node with more memory, and how long this slot asks for no work: it would get the same again.
 const FOR_LARGER: Duration = Duration::from_millis(200);
 const REST: Duration = Duration::from_secs(1);
 /// How long a piece is held whose scene cannot be had.
@@ -65,15 +65,13 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
     if node.health.avoids(&piece.job) {
         return answer(&message, AckKind::Nak(Some(FOR_OTHERS))).await;
     }
-    if node.health.is_too_large(&piece.job) {
+    if node.health.is_too_large(&piece.scene.text) {
         answer(&message, AckKind::Nak(Some(FOR_LARGER))).await;
         return tokio::time::sleep(REST).await;
     }
     let began = Instant::now();
     let _busy = node.busy();
-    let note = Begun { piece: piece.piece, node: node.id.clone() };
-    let note = serde_json::to_vec(&note).unwrap_or_default();
-    let _ = node.broker.client.publish(names::begun(&piece.job), note.into()).await;
+    tell(node, &piece, false).await;
     let lease = Lease::keep(&message, node.lease, Duration::from_secs_f64(piece.limit_s.clamp(1.0, 86_400.0)));
     let place = node.cancels.enter(&piece.life, &lease.control);
     let rendered = render(node, pool, &piece, &lease, delivered > 1, last).await;
@@ -94,14 +92,23 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
         }
         Err(Stopped::TooLarge(why)) => {
             tracing::warn!(job = piece.job, why, "a job is left to nodes with more memory");
-            node.health.leave(&piece.job);
+            node.health.leave(&piece.scene.text);
             node.changed.send_replace(());
-            AckKind::Nak(Some(FOR_LARGER))
+            tell(node, &piece, true).await;
+            answer(&message, AckKind::Nak(Some(FOR_LARGER))).await;
+            return tokio::time::sleep(REST).await;
         }
         Err(Stopped::Failed(why)) => failed(node, &piece, delivered, why).await,
         Err(Stopped::Unwanted) => failed(node, &piece, delivered, complaint.unwrap_or_default().to_owned()).await,
     };
     answer(&message, kind).await;
+}
+
+/// Tells the job's front that this node has begun with a piece, or has not after all.
+async fn tell(node: &Node, piece: &Piece, refused: bool) {
+    let note = Begun { piece: piece.piece, node: node.id.clone(), refused };
+    let note = serde_json::to_vec(&note).unwrap_or_default();
+    let _ = node.broker.client.publish(names::begun(&piece.job), note.into()).await;
 }
 
 /// The scene and the tiles.

@@ -124,7 +124,8 @@ impl NodeScenes {
             Err(Error::Busy { detail, .. }) => Err(NoScene::NotNow(detail)),
             Err(Error::Cancelled) => Err(NoScene::Cancelled),
             Err(Error::Scene(problems)) => Err(NoScene::Never(format!("the scene has problems: {problems}"))),
-            Err(Error::Limit { detail, .. }) => Err(NoScene::TooLarge(detail)),
+            Err(Error::Limit { name: "memory_bytes", detail, .. }) => Err(NoScene::TooLarge(detail)),
+            Err(Error::Limit { detail, .. }) => Err(NoScene::Never(detail)),
             Err(error) => Err(NoScene::Never(format!("the scene cannot be built: {error:?}"))),
         }
     }

@@ -160,13 +160,19 @@ def _nothing(_: httpx.Response) -> None:
     return None
 
 
+_MEDIA_TYPES = {
+    ".nff": "text/x-nff", ".aff": "text/x-nff", ".glb": "model/gltf-binary", ".gltf": "model/gltf+json",
+    ".obj": "model/obj", ".stl": "model/stl", ".ply": "model/ply",
+}
+
+
 def scene_body(scene: SceneLike) -> tuple[bytes, str]:
-    """A scene's bytes and their media type."""
+    """The bytes of a scene or a model, and their media type."""
     if isinstance(scene, Path):
         endings = [ending.lower() for ending in scene.suffixes]
         packed = bool(endings) and endings[-1] == ".gz"
-        nff = any(ending in {".nff", ".aff"} for ending in endings)
-        return scene.read_bytes(), "application/gzip" if packed else "text/x-nff" if nff else "application/json"
+        media_type = "application/gzip" if packed else _MEDIA_TYPES.get(endings[-1] if endings else "", "application/json")
+        return scene.read_bytes(), media_type
     if isinstance(scene, Mapping):
         return _json_text(scene), "application/json"
     if isinstance(scene, str):
@@ -174,7 +180,9 @@ def scene_body(scene: SceneLike) -> tuple[bytes, str]:
     if not isinstance(scene, (bytes, bytearray, memoryview)):
         # `bytes` of a number would be as many zeros.
         raise InvalidArgument(f"a scene is a dict, its JSON text, its bytes or a Path, not {type(scene).__name__}")
-    return bytes(scene), "application/json"
+    content = bytes(scene)
+    # The service knows models by their content.
+    return content, "application/json" if content.lstrip()[:1] in (b"{", b"") else "application/octet-stream"
 
 
 def _json_text(value: Any) -> bytes:
@@ -359,7 +367,7 @@ def job_picture(job_id: str, part: str, query: Mapping[str, Any] | None = None) 
 def _json_scene(scene: SceneLike) -> bytes:
     body, media_type = scene_body(scene)
     if media_type != "application/json":
-        raise InvalidArgument("this request takes a scene in JSON; NFF can be rendered and explained")
+        raise InvalidArgument("this request takes a scene in JSON; NFF and models can be rendered and explained")
     return body
 
 
