@@ -62,7 +62,7 @@ def test_scenes_come_as_text_bytes_and_files(client, tmp_path):
     cube.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     for model in (cube, cube.read_bytes()):
         assert client.render(model, width=20, height=16, view="front").numpy().shape[:2] == (16, 20)
-    with pytest.raises(InvalidArgument, match="models can be rendered"):
+    with pytest.raises(strahl.InvalidArgument, match="models can be rendered"):
         client.jobs.submit(cube)
     with pytest.raises(ValueError, match="NFF"):
         client.jobs.submit(nff)
