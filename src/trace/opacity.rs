@@ -10,7 +10,7 @@ use super::sampling::child;
 use super::variants::Variant;
 use crate::accel::{Blockers, Coherence};
 use crate::lanes::{Lanes, Mask, V3};
-use crate::ray::Rays;
+use crate::ray::{Rays, gamma};
 use crate::scene::world::World;
 
 /// Most surfaces along a shadow ray; light passes those behind.
@@ -67,7 +67,9 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
 /// other one is met at the same place but for roundings, and would be there twice.
 #[inline(always)]
 fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
-    let error = hits.ng.abs().dot(hits.surface.error);
+    // The distance has the roundings of the whole way.
+    let way = (dir * hits.t).abs() * L::lit(s, gamma::<L::Real>(8.0));
+    let error = hits.ng.abs().dot(hits.surface.error + way);
     let step = (error + error) / hits.ng.dot(dir).abs();
     hits.t + step.min(hits.t * L::lit(s, LONGEST_STEP))
 }
