@@ -95,6 +95,10 @@ impl Jobs {
                 }
                 record.front = Some(front.to_owned());
                 record.lives += 1;
+                // If this one goes, too, another one is waited for again.
+                if !record.refused.iter().any(|refused| refused == front) {
+                    record.refused_at = None;
+                }
             }
             record.state = State::Running;
             if record.started.is_none() {

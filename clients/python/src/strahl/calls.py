@@ -182,7 +182,8 @@ def scene_body(scene: SceneLike) -> tuple[bytes, str]:
         raise InvalidArgument(f"a scene is a dict, its JSON text, its bytes or a Path, not {type(scene).__name__}")
     content = bytes(scene)
     # The service knows models by their content.
-    return content, "application/json" if content.lstrip()[:1] in (b"{", b"") else "application/octet-stream"
+    start = content.removeprefix(b"\xef\xbb\xbf").lstrip()[:1]
+    return content, "application/json" if start in (b"{", b"") else "application/octet-stream"
 
 
 def _json_text(value: Any) -> bytes:
