@@ -1,7 +1,8 @@
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
+ * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service
+ * knows, by a merge patch (RFC 7396).
  * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
@@ -201,8 +202,9 @@ export class Client {
 }
 export type Schemas = import("../types/contract.js").components["schemas"];
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff` or
- * `application/gzip`. Or a variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
+ * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service
+ * knows, by a merge patch (RFC 7396).
  */
 export type Scene = Schemas["Scene"] | {
     base: string;
