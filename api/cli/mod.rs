@@ -24,6 +24,7 @@ mod rays;
 mod render;
 mod scene_args;
 mod scene_file;
+mod scene_inputs;
 mod schema;
 mod sequence;
 mod serve;

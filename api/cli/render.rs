@@ -80,6 +80,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     output::warn(&session.file.name, &ready.scene.warnings);
     let region = region_of(&ready.scene, args.picture.region)?;
     layers.check(&ready.scene).map_err(|wrong| Failure::Usage(format!("--layers {wrong}")))?;
+    let of_layer = |layer: &str| file_name.with_extension(format!("{layer}.png"));
+    session.file.check_output(&file_name)?;
+    stats.map_or(Ok(()), |stats| session.file.check_output(stats))?;
+    if format != FileFormat::Exr {
+        layers.kinds().try_for_each(|kind| session.file.check_output(&of_layer(&kind.name())))?;
+    }
     let shot =
         RenderSpec { layers, note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
     let make =
@@ -89,7 +95,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     output::write(&file_name, &file)?;
     output::tell(args.output.as_deref(), &file_name);
     for (layer, file) in layers {
-        let path = file_name.with_extension(format!("{layer}.png"));
+        let path = of_layer(&layer);
         output::write(&path, &file)?;
         output::tell(None, &path);
     }

@@ -27,6 +27,13 @@ pub(super) struct SettingsArgs {
     /// Threads to render with [default: all of the machine, or of its container].
     #[arg(long, env = "STRAHL_THREADS", value_parser = threads())]
     pub(super) threads: Option<u64>,
+    #[command(flatten)]
+    overrides: OverrideArgs,
+}
+
+/// Settings that replace the scene's.
+#[derive(Debug, Args)]
+pub(super) struct OverrideArgs {
     /// Pixels across [default: as the scene says].
     #[arg(long, value_parser = up_to(limits::IMAGE_SIDE), group = "across")]
     width: Option<u32>,
@@ -151,6 +158,13 @@ fn stops(text: &str) -> Result<f64, String> {
 }
 
 impl SettingsArgs {
+    /// Those that replace the scene's.
+    pub(super) fn overrides(&self) -> Overrides {
+        self.overrides.overrides()
+    }
+}
+
+impl OverrideArgs {
     /// The settings as the renderer takes them.
     pub(super) fn overrides(&self) -> Overrides {
         let [width, height] = if self.size.is_some() { [Some(1200), Some(630)] } else { [self.width, self.height] };

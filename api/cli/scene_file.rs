@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::scene_args::SceneArgs;
-use crate::service::scenes::texture_folder::TextureFolder;
+use super::scene_inputs::SceneInputs;
 use std::io::{self, Read};
 use std::path::Path;
 use strahl::models::ModelFormat;
@@ -20,8 +20,8 @@ pub(super) struct SceneFile {
     pub(super) bytes: Vec<u8>,
     /// Which format it is in.
     pub(super) format: Format,
-    /// Its folder, in which its textures are.
-    folder: Option<TextureFolder>,
+    /// Where its other files are; nowhere for standard input.
+    inputs: Option<SceneInputs>,
 }
 
 impl SceneFile {
@@ -34,10 +34,8 @@ impl SceneFile {
     /// The scene that the arguments name, whose bytes are known.
     pub(super) fn given(scene: &SceneArgs, name: String, bytes: Vec<u8>) -> Self {
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| by_content(&bytes));
-        // A path without a folder is in the working directory.
-        let parent = Path::new(&scene.scene).parent().filter(|parent| !parent.as_os_str().is_empty());
-        let folder = (scene.scene != "-").then(|| TextureFolder::open(parent.unwrap_or(Path::new("."))).ok()).flatten();
-        Self { name, bytes, format, folder }
+        let inputs = (scene.scene != "-").then(|| SceneInputs::of(Path::new(&scene.scene))).flatten();
+        Self { name, bytes, format, inputs }
     }
 
     /// The format of a model that is JSON, which its keys tell.
@@ -47,7 +45,12 @@ impl SceneFile {
 
     /// The files that the scene may name.
     pub(super) fn files(&self) -> &dyn Files {
-        self.folder.as_ref().map_or(&NoFiles, |folder| folder)
+        self.inputs.as_ref().map_or(&NoFiles, |inputs| inputs)
+    }
+
+    /// Fails if a result would replace the scene, or a file that has been read for it.
+    pub(super) fn check_output(&self, output: &Path) -> Result<(), Failure> {
+        self.inputs.as_ref().map_or(Ok(()), |inputs| inputs.check_output(output))
     }
 
     /// Reads, checks and compiles the scene.

@@ -86,6 +86,8 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let target = Target::of(file, format)?;
     let base = session.load()?;
+    session.file.check_output(file)?;
+    stats.map_or(Ok(()), |stats| session.file.check_output(stats))?;
     output::warn(&session.file.name, &base.scene.warnings);
     let original = Original { description: &base.description, scene: &base.scene };
     let first = [base.scene.width, base.scene.height];
@@ -95,6 +97,7 @@ pub(super) fn run(
             let detail = "all frames have the size of the scene: take image out of their patches";
             return Err(Failure::Input(format!("frame {} has another size; {detail}", frame.number)));
         }
+        target.file(frame.number).map_or(Ok(()), |file| session.file.check_output(&file))?;
     }
     let mut files = Vec::new();
     let mut reports = Vec::new();

@@ -45,6 +45,8 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let loaded = session.load()?;
+    session.file.check_output(&file_name)?;
+    json.map_or(Ok(()), |json| session.file.check_output(json))?;
     output::warn(&session.file.name, &loaded.scene.warnings);
     let seconds = args.seconds.as_secs_f64();
     let work =

@@ -4,7 +4,7 @@
 
 use super::packets::TraceJob;
 use crate::film::cryptomatte::{RANKS, Ranks};
-use crate::lanes::{Ids, Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::Scene;
 use crate::scene::world::World;
 use crate::trace::batch::SampleBatch;
@@ -14,6 +14,7 @@ use crate::trace::kernel::Tracer;
 use crate::trace::pixel::Samples;
 use crate::trace::ray_packet::RayPacket;
 use crate::trace::variants::General;
+use smallvec::SmallVec;
 
 /// Samples of each pixel for what is averaged or counted over it, whatever the picture has.
 pub(super) const SAMPLES: u32 = 16;
@@ -58,6 +59,9 @@ pub(super) struct Sampled {
     /// Indices of materials.
     pub(super) materials: Ranks,
 }
+
+/// How much of a surface is there at least where the middle of a pixel shows it.
+const LEAST_OPACITY: f64 = 0.5;
 
 const NOTHING: Middle = Middle { distance: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3], source: None };
 
@@ -124,46 +128,55 @@ impl<'a, L: Lanes> Pass<'a, L> {
         self.tracer.begin_batch(&SampleBatch::of_pixels(packet, 0, Samples::of_picture(1)), 0);
         let (x, y) = (self.tracer.middles(0), self.tracer.middles(1));
         self.tracer.middle_rays(x, y, active, &mut self.rays, &mut self.hits);
-        if self.tracer.first_hits(&self.rays, &mut self.hits) {
+        let mut middles = [NOTHING; MAX_LANES];
+        while self.tracer.first_hits(&self.rays, &mut self.hits) {
+            let opacity = self.tracer.first_opacity(&self.rays, &self.hits);
+            let there = opacity.ge(L::lit(self.s, LEAST_OPACITY)).bits() & self.hits.found;
             self.tracer.first_coefficients(&self.rays, &mut self.hits);
+            for lane in lanes_of(there) {
+                let source = sources.then(|| self.names(self.hits.expanded.lane(lane)).source);
+                let hits = &self.hits;
+                let distance = hits.t.lane(lane).to_f64() as f32;
+                let (position, normal) = (narrow(hits.surface.point, lane), narrow(hits.ns, lane));
+                middles[lane] = Middle { distance, position, normal, source };
+            }
+            self.tracer.pass_on(self.hits.found & !there, &mut self.rays, &self.hits);
         }
-        for lane in 0..packet.len() {
-            let is_hit = self.hits.found & (1 << lane) != 0;
-            let source = (is_hit && sources).then(|| self.names(self.hits.expanded.lane(lane)).source);
-            let hits = &self.hits;
-            let distance = hits.t.lane(lane).to_f64() as f32;
-            let (position, normal) = (narrow(hits.surface.point, lane), narrow(hits.ns, lane));
-            out.push(if is_hit { Middle { distance, position, normal, source } } else { NOTHING });
-        }
+        out.extend(&middles[..packet.len()]);
     }
 
     #[inline(always)]
     fn samples(&mut self, packet: &[[u32; 2]], colors: bool, out: &mut Vec<Sampled>) {
         let s = self.s;
         let active = ((1u64 << packet.len()) - 1) as u32;
-        let share = L::lit(s, 1.0 / f64::from(SAMPLES));
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let mut albedo = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-        let mut counts = [[Counts::default(); 2]; MAX_LANES];
+        let mut shares: [[Shares; 2]; MAX_LANES] = std::array::from_fn(|_| Default::default());
         for sample in 0..SAMPLES {
             self.tracer.begin_batch(&SampleBatch::of_pixels(packet, sample, Samples::of_picture(SAMPLES)), 0);
             self.tracer.begin_samples(active);
             let (x, y) = (self.tracer.coordinates(0), self.tracer.coordinates(1));
             self.tracer.sample(x, y, active, &mut self.rays, &mut self.hits);
-            if !self.tracer.first_hits(&self.rays, &mut self.hits) {
-                continue;
-            }
-            if colors {
-                let coefficients = self.tracer.first_coefficients(&self.rays, &mut self.hits);
-                let found = L::mask(s, self.hits.found);
-                albedo = V3::select(found, albedo + coefficients.diffuse * share, albedo);
-            }
-            for lane in lanes_of(self.hits.found) {
-                let Names { object, material, .. } = self.names(self.hits.expanded.lane(lane));
-                counts[lane][0].add(object);
-                counts[lane][1].add(material);
+            let mut left = L::lit(s, 1.0 / f64::from(SAMPLES));
+            while self.tracer.first_hits(&self.rays, &mut self.hits) {
+                let opacity = self.tracer.first_opacity(&self.rays, &self.hits);
+                let shown = left * opacity;
+                if colors {
+                    let coefficients = self.tracer.first_coefficients(&self.rays, &mut self.hits);
+                    let found = L::mask(s, self.hits.found);
+                    albedo = V3::select(found, albedo + coefficients.diffuse * shown, albedo);
+                }
+                for lane in lanes_of(self.hits.found & shown.gt(zero).bits()) {
+                    let Names { object, material, .. } = self.names(self.hits.expanded.lane(lane));
+                    let share = shown.lane(lane).to_f64() as f32;
+                    shares[lane][0].add(object, share);
+                    shares[lane][1].add(material, share);
+                }
+                left = left * (one - opacity);
+                self.tracer.pass_on(self.hits.found & left.gt(zero).bits(), &mut self.rays, &self.hits);
             }
         }
-        for (lane, [objects, materials]) in counts.iter().enumerate().take(packet.len()) {
+        for (lane, [objects, materials]) in shares.iter_mut().enumerate().take(packet.len()) {
             let albedo = narrow(albedo, lane);
             out.push(Sampled { albedo, objects: objects.ranked(), materials: materials.ranked() });
         }
@@ -191,33 +204,26 @@ fn narrow<L: Lanes>(v: V3<L>, lane: usize) -> [f32; 3] {
     v.lane(lane).map(|x| x.to_f64() as f32)
 }
 
-/// How often the samples of a pixel meet each thing.
-#[derive(Debug, Clone, Copy, Default)]
-struct Counts {
-    /// The things with their counts, as many as there are.
-    things: [(u32, u32); SAMPLES as usize],
-    len: usize,
+/// The shares of things in a pixel.
+#[derive(Debug, Clone, Default)]
+struct Shares {
+    things: SmallVec<[(u32, f32); SAMPLES as usize]>,
 }
 
-impl Counts {
-    fn add(&mut self, thing: u32) {
-        match self.things[..self.len].iter_mut().find(|(known, _)| *known == thing) {
-            Some((_, count)) => *count += 1,
-            None => {
-                self.things[self.len] = (thing, 1);
-                self.len += 1;
-            }
+impl Shares {
+    fn add(&mut self, thing: u32, share: f32) {
+        match self.things.iter_mut().find(|(known, _)| *known == thing) {
+            Some((_, known)) => *known += share,
+            None => self.things.push((thing, share)),
         }
     }
 
-    /// Those that were met most often, with their shares; of equal ones the first in the scene.
-    fn ranked(&self) -> Ranks {
-        let mut things = self.things;
-        let things = &mut things[..self.len];
-        things.sort_by_key(|(thing, count)| (SAMPLES - count, *thing));
+    /// The largest, in their order; of equal ones the first in the scene.
+    fn ranked(&mut self) -> Ranks {
+        self.things.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mut ranks = [(0, 0.0); RANKS];
-        for (rank, (thing, count)) in ranks.iter_mut().zip(things) {
-            *rank = (*thing, *count as f32 / SAMPLES as f32);
+        for (rank, thing) in ranks.iter_mut().zip(&self.things) {
+            *rank = *thing;
         }
         ranks
     }

@@ -124,7 +124,7 @@ impl Layers {
     }
 
     /// Those that are asked for.
-    fn kinds(self) -> impl Iterator<Item = LayerKind> {
+    pub fn kinds(self) -> impl Iterator<Item = LayerKind> {
         KINDS.into_iter().filter(move |kind| self.has(*kind))
     }
 

@@ -15,6 +15,7 @@ mod options;
 mod packets;
 mod partial_picture;
 mod picture;
+mod pixel_samples;
 mod probe;
 mod progressive;
 mod renderer;
@@ -42,9 +43,9 @@ pub(crate) use ladder::{CHUNK, COARSEST};
 pub use layers::{LayerKind, Layers, render_layers, render_sources};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
+pub(crate) use pixel_samples::{Grouping, trace_pixel_samples};
 pub(crate) use probe::{PacketCost, Probe};
 pub use progressive::{Progress, Stop, Watcher, render_until, render_watched};
-pub(crate) use sample_sums::{Grouping, trace_pixel_samples};
 pub(crate) use tiles::BLOCK;
 
 use crate::control::Stopwatch;

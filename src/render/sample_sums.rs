@@ -3,12 +3,9 @@
 //! Samples are added in double precision, group by group in the order of their numbers. So a pixel depends neither on the batches that its samples
 //! were traced in nor on the width of packets.
 
-use super::adaptive_sampling::batches;
-use super::doubling::runs;
 use crate::bound::interval::{alpha_proved, interval, proved};
 use crate::film::Display;
 use crate::lanes::{Lanes, MAX_LANES, lanes_of};
-use crate::scene::Scene;
 use crate::scene::world::Pruning;
 use crate::trace::batch::{BATCH, BatchLight, SampleBatch, trace_batch};
 use crate::trace::counts::LaneCounts;
@@ -413,64 +410,4 @@ pub(crate) fn trace_samples<L: Lanes, O: Observer<L>, V: Variant>(
         }
     }
     tracer.counts.given_up += u64::from(sums.given_up.count_ones());
-}
-
-/// How the samples of a pixel belong together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Grouping {
-    /// All of them.
-    Whole,
-    /// In the runs of sampling by doubling.
-    Runs,
-    /// In the batches of the statistical mode.
-    Batches,
-}
-
-impl Grouping {
-    /// That of a scene's picture.
-    pub(crate) fn of(scene: &Scene) -> Self {
-        match scene {
-            Scene { statistical: Some(_), .. } => Self::Batches,
-            Scene { adaptive: true, .. } => Self::Runs,
-            _ => Self::Whole,
-        }
-    }
-
-    fn parts(self, count: u32) -> Vec<Samples> {
-        match self {
-            Self::Whole => vec![Samples::of_picture(count)],
-            Self::Runs => runs(count).collect(),
-            Self::Batches => batches(count).collect(),
-        }
-    }
-}
-
-/// Traces the samples of one pixel, which it has in a picture.
-pub(crate) fn trace_pixel_samples<L: Lanes, O: Observer<L>, V: Variant>(
-    tracer: &mut Tracer<'_, L, O, V>,
-    at: [u32; 2],
-    count: u32,
-    mut grouping: Grouping,
-    hits: &mut Hits<L>,
-) -> PixelMean {
-    loop {
-        let mut all = PixelSums::default();
-        if O::WATCHING {
-            tracer.observer().pixel();
-        }
-        for samples in grouping.parts(count) {
-            let mut sums = SampleSums::new(samples, tracer.is_transparent());
-            trace_samples(tracer, &[at], hits, &mut sums, &mut LaneCounts::default());
-            all.append(&sums.pixel(0));
-        }
-        match tracer.pruning {
-            // Runs are proved, each for itself, but not their mean.
-            Pruning::Proved { max_codes }
-                if grouping == Grouping::Runs && all.is_unproved(tracer.display(), max_codes) =>
-            {
-                grouping = Grouping::Whole;
-            }
-            _ => return all.mean(),
-        }
-    }
 }

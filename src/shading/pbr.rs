@@ -106,6 +106,32 @@ impl Pbr {
         self.opacity.is_some()
     }
 
+    /// One that emits radiance 1 where this one is there, and does nothing else.
+    #[must_use]
+    pub fn shining(&self) -> Self {
+        let (none, black) = (Channel { factor: 0.0, texel: None }, Channel { factor: [0.0; 3], texel: None });
+        Self {
+            pictures: self.pictures.clone(),
+            base_color: black,
+            metallic: none,
+            roughness: none,
+            occlusion: none,
+            emissive: Channel { factor: [1.0; 3], texel: None },
+            opacity: self.opacity,
+            transmission: none,
+            specular: none,
+            specular_color: black,
+            normal_reflectance: 0.0,
+            clearcoat: none,
+            clearcoat_roughness: none,
+            unlit: false,
+            undone: None,
+            dark: false,
+            catches_shadows: false,
+            edge_fade: 0.0,
+        }
+    }
+
     /// Puts means in the place of pictures.
     pub fn forget_pictures(&mut self) {
         let means: Vec<[f64; 3]> = self.pictures.iter().map(|picture| picture.mipmap.mean()).collect();

@@ -3,7 +3,8 @@
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
-use super::pbr::lobes_of;
+use super::opacity::behind;
+use super::pbr::{lobes_of, passage};
 use super::ray_packet::RayPacket;
 use super::texturing::apply_textures;
 use super::variants::Variant;
@@ -28,7 +29,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         }
     }
 
-    /// Finds what the rays meet first; false if all miss.
+    /// Finds what the rays meet next; false if all miss.
     #[inline(always)]
     pub(crate) fn first_hits(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> bool {
         let s = self.s;
@@ -44,8 +45,29 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             active: L::mask(s, rays.active),
         };
         hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), Coherence::Coherent);
-        self.counts.camera_hits += u64::from(hits.found.count_ones());
+        if rays.depth == 0 {
+            self.counts.camera_hits += u64::from(hits.found.count_ones());
+        }
         hits.found != 0
+    }
+
+    /// How much is there of what the rays have met.
+    #[inline(always)]
+    pub(crate) fn first_opacity(&self, rays: &RayPacket<L>, hits: &Hits<L>) -> L {
+        if V::DETAILS && self.world.effects.has(Effect::Opacity) {
+            passage(self.s, self.world, rays.dir, hits).1
+        } else {
+            L::lit(self.s, 1.0)
+        }
+    }
+
+    /// Lets the rays of some lanes go straight on behind what they have met, as those of pictures do.
+    #[inline(always)]
+    pub(crate) fn pass_on(&mut self, lanes: u32, rays: &mut RayPacket<L>, hits: &Hits<L>) {
+        rays.t_min = behind(self.s, hits, rays.dir);
+        rays.active = if rays.depth < self.world.rules.max_depth { lanes } else { 0 };
+        rays.depth += 1;
+        self.counts.transmitted += u64::from(rays.active.count_ones());
     }
 
     /// The coefficients of what the rays have met. Bumps tilt its normals.

@@ -66,7 +66,7 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
 /// Where straight rays go on: beyond the errors of the place where they have met a surface. At an edge that two triangles share, the
 /// other one is met at the same place but for roundings, and would be there twice.
 #[inline(always)]
-fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
+pub(super) fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
     // The distance has the roundings of the whole way.
     let way = (dir * hits.t).abs() * L::lit(s, gamma::<L::Real>(8.0));
     let error = hits.ng.abs().dot(hits.surface.error + way);

@@ -1,5 +1,5 @@
 import { Backoff, Connection, json, pause, withList } from "./connection.js";
-import { Jobs, checkLayers, checked, textOf } from "./jobs.js";
+import { Jobs, checkLayers, checked, textOf, typeOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
 import { passes } from "./parts.js";
 import { ConnectionError } from "./problems.js";
@@ -313,18 +313,6 @@ export class Client {
     const body = scene instanceof Blob || scene instanceof Uint8Array ? scene : await textOf(scene);
     return { method: "POST", query, headers: { "content-type": type }, body };
   }
-}
-
-/**
- * The media type of a scene or a model.
- * @param {Scene} scene
- */
-async function typeOf(scene) {
-  if (scene instanceof Blob && scene.type) return scene.type;
-  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return "application/json";
-  const start = scene instanceof Blob ? new Uint8Array(await scene.slice(0, 64).arrayBuffer()) : scene.subarray(0, 64);
-  // The service knows models by their content.
-  return /^\ufeff?\s*({|$)/.test(new TextDecoder().decode(start)) ? "application/json" : "application/octet-stream";
 }
 
 /** @param {ImageLike} one */

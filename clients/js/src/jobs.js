@@ -296,14 +296,24 @@ export function checkLayers(what, options) {
 }
 
 /**
+ * The media type of a scene or a model.
+ * @param {import("./client.js").Scene} scene
+ */
+export async function typeOf(scene) {
+  if (scene instanceof Blob && scene.type) return scene.type;
+  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return "application/json";
+  const start = scene instanceof Blob ? new Uint8Array(await scene.slice(0, 64).arrayBuffer()) : scene.subarray(0, 64);
+  // The service knows models by their content.
+  return /^\ufeff?\s*({|$)/.test(new TextDecoder().decode(start)) ? "application/json" : "application/octet-stream";
+}
+
+/**
  * The text of a scene in JSON.
  * @param {import("./client.js").Scene} scene
  */
 export async function textOf(scene) {
   if (typeof scene === "string") return scene;
-  if (scene instanceof Blob) {
-    if (scene.type && !/json/.test(scene.type)) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
-    return scene.text();
-  }
-  return scene instanceof Uint8Array ? new TextDecoder().decode(scene) : JSON.stringify(scene);
+  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return JSON.stringify(scene);
+  if (!/\/json\b/.test(await typeOf(scene))) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
+  return scene instanceof Blob ? scene.text() : new TextDecoder().decode(scene);
 }

@@ -36,6 +36,11 @@ test("linear light, tiles and NFF", async () => {
   const model = new TextEncoder().encode("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   for (const sent of [model, new Blob([model]), new Blob([model], { type: "model/obj" })]) {
     assert.equal((await client.render(sent, { width: 20, height: 16, format: "pfm" })).floats().width, 20);
+    await assert.rejects(client.jobs.submit(sent), TypeError);
+  }
+  const json = new TextEncoder().encode(JSON.stringify(SCENE));
+  for (const sent of [json, new Blob([json]), new Blob([json], { type: "application/json; charset=utf-8" })]) {
+    assert.equal((await client.rays(sent, [{ origin: [0, 1, 5], direction: [0, 0, -1] }])).length, 1);
   }
 });
 

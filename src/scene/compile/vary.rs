@@ -138,6 +138,12 @@ impl Scene {
     }
 }
 
+/// A material that shines with radiance 1 where the given one is there, and does nothing else.
+fn shining<R: Real>(material: &Material<R>) -> Material<R> {
+    let holed = material.pbr.as_deref().filter(|pbr| pbr.has_holes());
+    Material { emission: [R::from_f64(1.0); 3], pbr: holed.map(|pbr| Box::new(pbr.shining())), ..Material::black() }
+}
+
 /// A dark world in which some items of the scene itself shine, and their placed geometries.
 fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
     let mut world = World { display: Display::default(), transparent: false, ..world.clone() };
@@ -154,22 +160,23 @@ fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> 
     }
     world.rules.pruning = Pruning::Weight(LEAST_SHARE);
     world.rules.color_bleeding = false;
-    let glow = world.materials.len() as u32;
-    world.materials.push(Material { emission: [R::from_f64(1.0); 3], ..Material::black() });
-    world.usage.materials.push(Used { anywhere: true, ..Used::default() });
+    let bright: Vec<Material<R>> = world.materials.iter().map(shining).collect();
+    let first_bright = world.materials.len() as u32;
+    world.usage.materials.extend(bright.iter().map(|_| Used { anywhere: true, ..Used::default() }));
+    world.materials.extend(bright);
     let mut geometries = world.geometries.to_vec();
     // The geometry of each that is placed by what shines: others may place the same one, and stay dark.
-    let mut bright = BTreeMap::new();
+    let mut placed_bright = BTreeMap::new();
     let mut left = vec![world.root];
     while let Some(geometry) = left.pop() {
         let mut items = std::mem::take(&mut geometries[geometry].items);
         for item in items.iter_mut().filter(|item| geometry != world.root || shines(item.source)) {
             let Shape::Instance(instance) = &mut item.shape else {
-                (item.material, item.transmission, item.has_holes) = (glow, black(), false);
+                (item.material, item.transmission) = (first_bright + item.material, black());
                 continue;
             };
             let placed = instance.geometry as usize;
-            instance.geometry = *bright.entry(placed).or_insert_with(|| {
+            instance.geometry = *placed_bright.entry(placed).or_insert_with(|| {
                 geometries.push(geometries[placed].clone());
                 left.push(geometries.len() - 1);
                 geometries.len() as u32 - 1

@@ -228,6 +228,43 @@ fn a_share_counts_mirrors_and_glass_by_their_weight() {
 }
 
 #[test]
+fn what_is_partly_there_counts_as_much_as_is_there() {
+    // Two veils one behind the other cover the picture, in front of a wall.
+    let sheet = |z: f64, material: &str| json!({ "triangle": { "vertices": [[-50, -50, z], [50, -50, z], [0, 90, z]], "material": material } });
+    let veil = |alpha: f64| json!({ "pbr": { "base_color": 0.5, "opacity": { "alpha": alpha } } });
+    let hole = json!({ "pbr": { "base_color": 1, "opacity": { "alpha": 0.3, "mode": "mask" } } });
+    let materials = json!({
+        "thin": veil(0.25), "thick": veil(0.75), "hole": hole, "wall": { "diffuse": 1 },
+        "catcher": { "pbr": { "shadow_catcher": true } }
+    });
+    let objects =
+        [sheet(5.0, "hole"), sheet(4.0, "thin"), sheet(3.0, "thick"), sheet(0.0, "wall"), sheet(5.5, "catcher")];
+    let scene = scene(&json!({ "materials": materials }), &objects);
+    let made = layers(&scene, "object,material,albedo,distance,normal");
+    for (i, name, share) in
+        [(1, "thin", 0.25), (2, "thick", 0.75 * 0.75), (3, "wall", 0.75 * 0.25), (0, "hole", 0.0), (4, "catcher", 0.0)]
+    {
+        let alone = layers(&scene, &format!("share:/objects/{i}"));
+        assert!(floats(&alone[0]).iter().all(|seen| (f64::from(*seen) - share).abs() < 1e-6), "{name}: {alone:?}");
+        let Layer::Ids(ids) = &made[0] else { panic!() };
+        assert_eq!(ids.manifest.contains_key(&format!("/objects/{i}")), share > 0.0, "{name}");
+        if share > 0.0 {
+            for (layer, path) in made.iter().zip([format!("/objects/{i}"), format!("/materials/{name}")]) {
+                let seen = shares(layer, &path);
+                assert!(seen.iter().all(|seen| (f64::from(*seen) - share).abs() < 1e-6), "{path}: {seen:?}");
+            }
+        }
+    }
+    // The wall counts with its color, and both veils with theirs, less what a dielectric mirrors.
+    let [red, ..] = vectors(&made[2])[30 * 60 + 30];
+    assert!(red > 0.1875 && red < 0.1875 + 0.5 * 0.8125, "{red}");
+    // Half of the thick veil and more is there, so the middle of a pixel shows it.
+    let middle = floats(&made[3])[20 * 60 + 30];
+    assert!((middle - 3.0).abs() < 1e-3, "{middle}");
+    assert!(vectors(&made[4]).iter().all(|n| *n == [0.0, 0.0, 1.0]));
+}
+
+#[test]
 fn layers_are_the_same_however_the_work_is_cut() {
     for name in ["effects/depth_of_field", "effects/motion_blur", "effects/bump", "refraction/glass_of_water"] {
         let scene = load_scene(name, 90, Overrides::default()).scene;

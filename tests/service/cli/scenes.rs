@@ -61,6 +61,40 @@ fn an_imported_model_is_the_picture_of_the_model() {
         };
         assert!(picture("box.json", &[]) == picture("box.glb", &["--fidelity", fidelity]), "{fidelity}");
     }
+    // The shape of the picture decides where the camera stands.
+    let settings = ["--width", "30", "--height", "16", "--dpr", "2", "--view", "front", "--background", "#336699"];
+    done(&folder, &[&["import", "box.glb", "-o", "wide.json"][..], &settings].concat(), "");
+    let picture = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
+    assert!(picture(&["wide.json"]) == picture(&[&["box.glb"][..], &settings].concat()));
+}
+
+#[test]
+fn no_result_replaces_a_file_of_the_scene() {
+    let folder = folder("replaced");
+    let model = "mtllib box.mtl\nusemtl wood\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+    std::fs::write(folder.join("box.obj"), model).unwrap();
+    std::fs::write(folder.join("box.mtl"), "newmtl wood\nmap_Kd box.png\n").unwrap();
+    done(&folder, &["render", "ball.json", "-o", "box.png", "--width", "8", "--height", "8"], "");
+    let files = ["ball.json", "ball.nff", "box.obj", "box.mtl", "box.png"];
+    let bytes = || files.map(|file| std::fs::read(folder.join(file)).unwrap());
+    let before = bytes();
+    for args in [
+        // The picture's name is that of the texture, without being asked for.
+        &["render", "box.obj"][..],
+        &["render", "box.obj", "-o", "./box.png"],
+        &["render", "box.obj", "-o", "a.png", "--stats", "box.mtl"],
+        &["render", "ball.json", "-o", "a.png", "--stats", "ball.json"],
+        &["render", "box.obj", "-o", "box.png", "--frames", "2"],
+        &["map", "box.obj", "--of", "rays", "-o", "box.png"],
+        &["explain", "ball.json", "--analyze", "--stats", "ball.json"],
+        &["tradeoff", "ball.json", "-o", "a.html", "--json", "ball.json"],
+        &["import", "ball.nff", "-o", "ball.nff"],
+        &["import", "box.obj", "-o", "box.mtl"],
+    ] {
+        fails(&folder, args, "", 2, "belongs to the scene: name another file for the result");
+        assert!(bytes() == before, "{args:?}");
+    }
+    done(&folder, &["render", "box.obj", "-o", "box-picture.png", "--width", "8", "--height", "8"], "");
 }
 
 #[test]
