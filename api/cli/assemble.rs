@@ -74,8 +74,13 @@ pub(super) fn run(args: &AssembleArgs) -> Result<(), Failure> {
         let from = numbered(&args.tiles, "index", args.first + part, 1);
         let most = args.of.region(part, size)?.pixels() * PIXEL_BYTES + FILE_BYTES;
         join(&mut picture, &file.read(&from, part, &places.read(&from, most)?)?);
+        session.file.inputs.note(Path::new(&from));
         session.check()?;
     }
+    session
+        .file
+        .inputs
+        .check_outputs([Some(&args.output), args.stats.as_ref()].into_iter().flatten().map(Path::new))?;
     let encoding = Instant::now();
     let (codes, error) =
         session.workers.work(|| (Codes::new(&picture.film, format), ErrorBounds::about(&picture, &ready.scene)))?;

@@ -47,7 +47,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
     let region = region_of(&ready.scene, args.picture.region)?;
-    args.picture.stats.as_deref().map_or(Ok(()), |stats| session.file.check_output(stats))?;
+    session.file.inputs.check_outputs(args.picture.stats.as_deref())?;
     let (plan, pilot) = planned(&ready, region, &session.workers, &session.control)?;
     if !args.analyze {
         return match args.format {

@@ -9,6 +9,7 @@ use super::tile::EXIT_CODES;
 use super::{output, progress};
 use crate::service::pictures::render::{RenderSpec, make};
 use clap::Args;
+use std::path::Path;
 use strahl::film::Region;
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::read::read_as;
@@ -65,6 +66,8 @@ pub(super) fn run(args: &FrameArgs) -> Result<(), Failure> {
         Some(sequence) => session.prepare_frame(sequence.frame(args.frame))?,
         None => session.prepare()?,
     };
+    args.sequence.iter().for_each(|file| session.file.inputs.note(Path::new(file)));
+    session.file.inputs.check_outputs([Some(&to), stats.as_ref()].into_iter().flatten().map(Path::new))?;
     output::warn(&session.file.name, &ready.scene.warnings);
     let whole = Region::whole(ready.scene.width, ready.scene.height);
     let shot = RenderSpec { note: true, ..RenderSpec::of(&ready.scene, whole, format) };

@@ -50,7 +50,7 @@ pub(super) fn run(args: &GalleryArgs) -> Result<(), Failure> {
     let mut page = HEAD.to_owned();
     for (done, file) in files.iter().enumerate() {
         let name = file.display().to_string();
-        let (picture, title, report) = picture(&name, &args.settings, &control)?;
+        let (picture, title, report) = picture(&name, args, &control)?;
         output::say(&format!("{} of {}: {name}", done + 1, files.len()));
         figure(&mut page, &picture, title.as_deref(), &name, &report);
     }
@@ -80,14 +80,11 @@ fn find(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), Failure> {
 }
 
 /// The JPEG of a scene, the scene's name, and what it cost.
-fn picture(
-    file: &str,
-    settings: &SettingsArgs,
-    control: &Control,
-) -> Result<(Vec<u8>, Option<String>, Report), Failure> {
+fn picture(file: &str, args: &GalleryArgs, control: &Control) -> Result<(Vec<u8>, Option<String>, Report), Failure> {
     let scene = SceneArgs { scene: file.to_owned(), input: None };
-    let session = Session::with(&scene, settings, control.clone())?;
+    let session = Session::with(&scene, &args.settings, control.clone())?;
     let loaded = session.load()?;
+    session.file.inputs.check_outputs([args.output.as_path()])?;
     output::warn(&session.file.name, &loaded.scene.warnings);
     let title = loaded.description.name.clone();
     let ready = session.workers.work(|| PreparedScene::without_id(loaded))?;

@@ -28,14 +28,14 @@ pub(super) fn run(args: &ImportArgs) -> Result<(), Failure> {
     output::check_folder(&args.output)?;
     let file = SceneFile::read(&args.file)?;
     let description = read(args, &file).map_err(|problems| Failure::Scene { name: file.name.clone(), problems })?;
-    file.check_output(&args.output)?;
+    file.inputs.check_outputs([args.output.as_path()])?;
     output::write(&args.output, &output::pretty(&description)?)
 }
 
 fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
     let overrides = args.settings.overrides();
     let mut imported = match file.format.model().or_else(|| file.hidden_model()) {
-        Some(kind) => model::import(kind, &file.bytes, &overrides, file.files())?,
+        Some(kind) => model::import(kind, &file.bytes, &overrides, &file.inputs)?,
         None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides)?,
         None if file.format == Format::Nff && recognise(&file.bytes) != Recognised::Json => {
             let mut description = read_nff(&file.bytes, overrides.nff)?;

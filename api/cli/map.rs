@@ -37,7 +37,7 @@ pub(super) fn run(args: &MapArgs) -> Result<(), Failure> {
     let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare()?;
-    session.file.check_output(&file_name)?;
+    session.file.inputs.check_outputs([file_name.as_path()])?;
     output::warn(&session.file.name, &ready.scene.warnings);
     let file = || map::draw(&ready.scene, args.step, args.of, format, &session.workers, &session.control);
     let file = progress::while_showing(&session.control, file)?;

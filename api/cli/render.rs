@@ -48,7 +48,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "LAYERS")]
     layers: Option<Layers>,
     /// Render frames: a number of them all around the scene, or a file with a sequence. Into files with numbers for #, or into
-    /// one animation, .png or .webp.
+    /// one animation, .png, .webp or .gif.
     #[arg(long, value_name = "COUNT|FILE.json", conflicts_with_all = ["layers", "region"])]
     frames: Option<String>,
     #[command(flatten)]
@@ -71,6 +71,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     if let Some(frames) = frames {
+        args.frames.iter().for_each(|file| session.file.inputs.note(Path::new(file)));
         let frames = session.go_around(frames);
         sequence::run(&session, &frames, &file_name, format, stats)?;
         output::tell(args.output.as_deref(), &file_name);
@@ -81,11 +82,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let region = region_of(&ready.scene, args.picture.region)?;
     layers.check(&ready.scene).map_err(|wrong| Failure::Usage(format!("--layers {wrong}")))?;
     let of_layer = |layer: &str| file_name.with_extension(format!("{layer}.png"));
-    session.file.check_output(&file_name)?;
-    stats.map_or(Ok(()), |stats| session.file.check_output(stats))?;
-    if format != FileFormat::Exr {
-        layers.kinds().try_for_each(|kind| session.file.check_output(&of_layer(&kind.name())))?;
-    }
+    let more = if format == FileFormat::Exr { Layers::default() } else { layers };
+    let more: Vec<PathBuf> = more.kinds().map(|kind| of_layer(&kind.name())).collect();
+    let outputs = [Some(file_name.as_path()), stats].into_iter().flatten();
+    session.file.inputs.check_outputs(outputs.chain(more.iter().map(PathBuf::as_path)))?;
     let shot =
         RenderSpec { layers, note: true, predict: stats.is_some(), ..RenderSpec::of(&ready.scene, region, format) };
     let make =
@@ -117,6 +117,7 @@ fn file_format(args: &RenderArgs, file_name: &Path) -> Result<FileFormat, Failur
                 "a picture on standard output needs --format png, jpg, webp, exr or pfm".into(),
             ));
         }
+        None if args.frames.is_some() && sequence::is_gif(file_name) => PictureFormat::Png,
         None => PictureFormat::by_file(file_name).ok_or_else(|| {
             let name = file_name.display();
             Failure::Usage(format!("{name} names no format: use .png, .jpg, .webp, .exr or .pfm, or give --format"))

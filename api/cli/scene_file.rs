@@ -9,7 +9,7 @@ use strahl::models::ModelFormat;
 use strahl::scene::limits::SCENE_BYTES;
 use strahl::scene::nff::NffOptions;
 use strahl::scene::recognise::{Recognised, recognise, recognise_start};
-use strahl::scene::{Files, Format, Loaded, NoFiles, Overrides, load_with};
+use strahl::scene::{Format, Loaded, Overrides, load_with};
 
 /// The bytes of a scene.
 #[derive(Debug)]
@@ -20,8 +20,8 @@ pub(super) struct SceneFile {
     pub(super) bytes: Vec<u8>,
     /// Which format it is in.
     pub(super) format: Format,
-    /// Where its other files are; nowhere for standard input.
-    inputs: Option<SceneInputs>,
+    /// What is read for it.
+    pub(super) inputs: SceneInputs,
 }
 
 impl SceneFile {
@@ -34,23 +34,12 @@ impl SceneFile {
     /// The scene that the arguments name, whose bytes are known.
     pub(super) fn given(scene: &SceneArgs, name: String, bytes: Vec<u8>) -> Self {
         let format = scene.input.or_else(|| by_name(&scene.scene)).unwrap_or_else(|| by_content(&bytes));
-        let inputs = (scene.scene != "-").then(|| SceneInputs::of(Path::new(&scene.scene))).flatten();
-        Self { name, bytes, format, inputs }
+        Self { name, bytes, format, inputs: SceneInputs::of(Path::new(&scene.scene)) }
     }
 
     /// The format of a model that is JSON, which its keys tell.
     pub(super) fn hidden_model(&self) -> Option<ModelFormat> {
         (recognise(&self.bytes) == Recognised::Gltf).then_some(ModelFormat::Gltf)
-    }
-
-    /// The files that the scene may name.
-    pub(super) fn files(&self) -> &dyn Files {
-        self.inputs.as_ref().map_or(&NoFiles, |inputs| inputs)
-    }
-
-    /// Fails if a result would replace the scene, or a file that has been read for it.
-    pub(super) fn check_output(&self, output: &Path) -> Result<(), Failure> {
-        self.inputs.as_ref().map_or(Ok(()), |inputs| inputs.check_output(output))
     }
 
     /// Reads, checks and compiles the scene.
@@ -69,7 +58,7 @@ impl SceneFile {
             let what = "--two-sided and --spd-counts are for NFF files; in JSON, materials have \"one_sided\"";
             return Err(Failure::Usage(what.into()));
         }
-        load_with(text, self.format, overrides, self.files())
+        load_with(text, self.format, overrides, &self.inputs)
             .map_err(|problems| Failure::Scene { name: self.name.clone(), problems })
     }
 }

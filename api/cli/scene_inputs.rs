@@ -1,36 +1,82 @@
-//! The files that a scene is read from. No result may replace one of them.
+//! The files that a command reads for a scene. No result may replace one of them, nor another result.
 
 use super::failure::Failure;
+use super::output::is_standard;
 use crate::service::scenes::texture_folder::TextureFolder;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-use strahl::scene::Files;
+use strahl::scene::hashes::hash_of;
+use strahl::scene::{Files, NoFiles};
 
-/// The folder of a scene, and what has been read from it.
+/// The folder of a scene, and what has been read for it.
 #[derive(Debug)]
 pub(super) struct SceneInputs {
-    folder: TextureFolder,
+    /// None for standard input, and if it cannot be read.
+    folder: Option<TextureFolder>,
     path: PathBuf,
-    /// Canonical paths, that of the scene among them.
-    read: Mutex<BTreeSet<PathBuf>>,
+    read: Mutex<BTreeSet<Identity>>,
+}
+
+/// What tells files apart, whatever they are called.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Identity {
+    /// A file that is there: its device and its number.
+    #[cfg(unix)]
+    There(u64, u64),
+    /// Its path without links, or the name of a blob.
+    Named(PathBuf),
+}
+
+impl Identity {
+    fn of(file: &Path) -> Self {
+        #[cfg(unix)]
+        if let Ok(about) = file.metadata() {
+            use std::os::unix::fs::MetadataExt;
+            return Self::There(about.dev(), about.ino());
+        }
+        let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let in_folder = || Some(parent.canonicalize().ok()?.join(file.file_name()?));
+        Self::Named(file.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| file.to_owned()))
+    }
 }
 
 impl SceneInputs {
-    /// Those of the scene in a file; none if its folder cannot be read.
-    pub(super) fn of(scene: &Path) -> Option<Self> {
-        // A path without a folder is in the working directory.
-        let path = scene.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let read = Mutex::new(scene.canonicalize().into_iter().collect());
-        Some(Self { folder: TextureFolder::open(path).ok()?, path: path.to_owned(), read })
+    /// Those of the scene in a file; - is standard input.
+    pub(super) fn of(scene: &Path) -> Self {
+        let inputs = Self {
+            folder: None,
+            // A path without a folder is in the working directory.
+            path: scene.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned(),
+            read: Mutex::default(),
+        };
+        if is_standard(scene) {
+            return inputs;
+        }
+        inputs.note(scene);
+        Self { folder: TextureFolder::open(&inputs.path).ok(), ..inputs }
     }
 
-    /// Fails if a result would replace what was read.
-    pub(super) fn check_output(&self, output: &Path) -> Result<(), Failure> {
+    /// Notes another file that the command has read.
+    pub(super) fn note(&self, file: &Path) {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).insert(Identity::of(file));
+    }
+
+    /// Fails if a result would replace what was read, or another one of these results.
+    pub(super) fn check_outputs<'a>(&self, outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-        if output.canonicalize().is_ok_and(|output| read.contains(&output)) {
-            let name = output.display();
-            return Err(Failure::Usage(format!("{name} belongs to the scene: name another file for the result")));
+        let mut others = BTreeSet::new();
+        // What is no file keeps nothing, such as /dev/null.
+        for output in
+            outputs.into_iter().filter(|output| !is_standard(output) && (output.is_file() || !output.exists()))
+        {
+            let (name, identity) = (output.display(), Identity::of(output));
+            if read.contains(&identity) {
+                return Err(Failure::Usage(format!("{name} belongs to the scene: name another file for the result")));
+            }
+            if !others.insert(identity) {
+                return Err(Failure::Usage(format!("{name} cannot be two results: name another file for one of them")));
+            }
         }
         Ok(())
     }
@@ -38,14 +84,13 @@ impl SceneInputs {
 
 impl Files for SceneInputs {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
-        let bytes = self.folder.read(name)?;
-        if let Ok(path) = self.path.join(name).canonicalize() {
-            self.read.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
-        }
+        let Some(folder) = &self.folder else { return NoFiles.read(name) };
+        let bytes = folder.read(name)?;
+        self.note(&self.path.join(hash_of(name).unwrap_or(name)));
         Ok(bytes)
     }
 
     fn has_asset(&self, hash: &str) -> bool {
-        self.folder.has_asset(hash)
+        self.folder.as_ref().is_some_and(|folder| folder.has_asset(hash))
     }
 }

@@ -50,6 +50,12 @@ pub(super) fn read(frames: &str) -> Result<Sequence, Failure> {
     Ok(sequence)
 }
 
+/// Whether a file is an animated GIF, whose frames are rendered as PNG: there are no GIFs of single pictures.
+pub(super) fn is_gif(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(AnimationFormat::Gif.names().0))
+        && !file.to_string_lossy().contains(DIGIT)
+}
+
 impl Target {
     fn of(file: &Path, format: FileFormat) -> Result<Self, Failure> {
         let name = file.to_string_lossy();
@@ -59,6 +65,7 @@ impl Target {
             return Ok(Self::Files { before, digits, after });
         }
         match format {
+            _ if is_gif(file) => Ok(Self::Animation(AnimationFormat::Gif)),
             FileFormat::Png8 | FileFormat::Png16 => Ok(Self::Animation(AnimationFormat::Apng)),
             FileFormat::WebP => Ok(Self::Animation(AnimationFormat::Webp)),
             FileFormat::Jpeg(_) | FileFormat::Exr | FileFormat::Pfm => Err(Failure::Usage(
@@ -86,8 +93,6 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let target = Target::of(file, format)?;
     let base = session.load()?;
-    session.file.check_output(file)?;
-    stats.map_or(Ok(()), |stats| session.file.check_output(stats))?;
     output::warn(&session.file.name, &base.scene.warnings);
     let original = Original { description: &base.description, scene: &base.scene };
     let first = [base.scene.width, base.scene.height];
@@ -97,8 +102,11 @@ pub(super) fn run(
             let detail = "all frames have the size of the scene: take image out of their patches";
             return Err(Failure::Input(format!("frame {} has another size; {detail}", frame.number)));
         }
-        target.file(frame.number).map_or(Ok(()), |file| session.file.check_output(&file))?;
     }
+    // Each frame may name files of its own.
+    let numbered: Vec<PathBuf> = sequence.frames().filter_map(|frame| target.file(frame.number)).collect();
+    let single = numbered.is_empty().then_some(file);
+    session.file.inputs.check_outputs(numbered.iter().map(PathBuf::as_path).chain(single).chain(stats))?;
     let mut files = Vec::new();
     let mut reports = Vec::new();
     let render = || {
@@ -122,7 +130,10 @@ pub(super) fn run(
     if let Target::Animation(animation) = target {
         let timing = Timing { rate: sequence.rate, loops: sequence.loops };
         let made = animation.join(&files, timing).map_err(|why| Failure::Input(in_words(why).into()))?;
-        output::write(file, &made)?;
+        output::write(file, &made.file)?;
+        if let Some(warning) = made.warning() {
+            output::say(&format!("warning: {warning}"));
+        }
     }
     if let Some(path) = stats {
         output::write(path, &output::pretty(&Reports { frames: &reports })?)?;

@@ -8,6 +8,7 @@ use super::session::Session;
 use super::tile_file::{Cut, TileFile};
 use super::{output, progress};
 use clap::Args;
+use std::path::Path;
 use strahl::render::render;
 use strahl::tradeoff::duration;
 
@@ -55,6 +56,7 @@ pub(super) fn run(args: &TileArgs) -> Result<(), Failure> {
     session.cancel_on_ctrl_c()?;
     let ready = session.prepare_with_id()?;
     output::warn(&session.file.name, &ready.scene.warnings);
+    session.file.inputs.check_outputs([Path::new(&to)])?;
     let tile = TileFile::of(&ready, args.of)?;
     let region = args.of.region(part, [ready.scene.width, ready.scene.height])?;
     let trace = || session.workers.work(|| render(&ready.scene, region, &session.control));

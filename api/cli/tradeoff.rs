@@ -45,12 +45,11 @@ pub(super) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let session = Session::start(&args.scene, &args.settings)?;
     session.cancel_on_ctrl_c()?;
     let loaded = session.load()?;
-    session.file.check_output(&file_name)?;
-    json.map_or(Ok(()), |json| session.file.check_output(json))?;
+    session.file.inputs.check_outputs([Some(file_name.as_path()), json].into_iter().flatten())?;
     output::warn(&session.file.name, &loaded.scene.warnings);
     let seconds = args.seconds.as_secs_f64();
     let work =
-        || measure(loaded, session.file.files(), session.started, seconds, &session.workers, &session.control, &|_| ());
+        || measure(loaded, &session.file.inputs, session.started, seconds, &session.workers, &session.control, &|_| ());
     let Outcome { tradeoff, thumbnails } =
         progress::while_telling(&session.control, "measuring", work).map_err(|stopped| match stopped {
             Stopped::Cancelled => Failure::Interrupted,

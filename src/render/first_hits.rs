@@ -6,6 +6,7 @@ use super::packets::TraceJob;
 use crate::film::cryptomatte::{RANKS, Ranks};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::Scene;
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::trace::batch::SampleBatch;
 use crate::trace::counts::RayCounts;
@@ -75,22 +76,33 @@ pub(super) fn first_hits<L: Lanes>(
     out: &mut FirstHits,
 ) {
     let _entered = job.control.enter();
-    L::vectorize(
-        s,
-        #[inline(always)]
-        || {
-            let mut pass = Pass::<L>::new(s, scene, job);
-            for packet in at.chunks(L::COUNT) {
-                if wanted.middle {
+    // In functions of their own: each holds the search for hits.
+    if wanted.middle {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let mut pass = Pass::<L>::new(s, scene, job);
+                for packet in at.chunks(L::COUNT) {
                     pass.middles(packet, wanted.sources, &mut out.middles);
                 }
-                if wanted.samples {
+                out.rays = out.rays + pass.tracer.counts;
+            },
+        );
+    }
+    if wanted.samples {
+        L::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let mut pass = Pass::<L>::new(s, scene, job);
+                for packet in at.chunks(L::COUNT) {
                     pass.samples(packet, wanted.albedo, &mut out.sampled);
                 }
-            }
-            out.rays = pass.tracer.counts;
-        },
-    );
+                out.rays = out.rays + pass.tracer.counts;
+            },
+        );
+    }
 }
 
 /// What a primitive is of.
@@ -130,9 +142,8 @@ impl<'a, L: Lanes> Pass<'a, L> {
         self.tracer.middle_rays(x, y, active, &mut self.rays, &mut self.hits);
         let mut middles = [NOTHING; MAX_LANES];
         while self.tracer.first_hits(&self.rays, &mut self.hits) {
-            let opacity = self.tracer.first_opacity(&self.rays, &self.hits);
+            let (_, opacity) = self.tracer.first_coefficients(&self.rays, &mut self.hits);
             let there = opacity.ge(L::lit(self.s, LEAST_OPACITY)).bits() & self.hits.found;
-            self.tracer.first_coefficients(&self.rays, &mut self.hits);
             for lane in lanes_of(there) {
                 let source = sources.then(|| self.names(self.hits.expanded.lane(lane)).source);
                 let hits = &self.hits;
@@ -159,13 +170,14 @@ impl<'a, L: Lanes> Pass<'a, L> {
             self.tracer.sample(x, y, active, &mut self.rays, &mut self.hits);
             let mut left = L::lit(s, 1.0 / f64::from(SAMPLES));
             while self.tracer.first_hits(&self.rays, &mut self.hits) {
-                let opacity = self.tracer.first_opacity(&self.rays, &self.hits);
-                let shown = left * opacity;
-                if colors {
-                    let coefficients = self.tracer.first_coefficients(&self.rays, &mut self.hits);
+                let mut opacity = one;
+                if colors || self.world.effects.has(Effect::Opacity) {
+                    let coefficients;
+                    (coefficients, opacity) = self.tracer.first_coefficients(&self.rays, &mut self.hits);
                     let found = L::mask(s, self.hits.found);
-                    albedo = V3::select(found, albedo + coefficients.diffuse * shown, albedo);
+                    albedo = V3::select(found, albedo + coefficients.diffuse * (left * opacity), albedo);
                 }
+                let shown = left * opacity;
                 for lane in lanes_of(self.hits.found & shown.gt(zero).bits()) {
                     let Names { object, material, .. } = self.names(self.hits.expanded.lane(lane));
                     let share = shown.lane(lane).to_f64() as f32;

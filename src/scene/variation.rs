@@ -5,9 +5,9 @@
 
 use super::check::settings_are_sound;
 use super::compile::Original;
+use super::files::Files;
 use super::load::{NotLoaded, Steps, meant, prepare, with_rest};
 use super::nff::NffOptions;
-use super::pictures::Files;
 use super::problem::{Code, unless_cancelled};
 use super::read::{Unreadable, read_json};
 use super::{Description, Loaded, Overrides, Problem, Problems, locate};

@@ -17,8 +17,8 @@ pub use path::Key;
 pub use turntable::Turntable;
 
 use crate::scene::compile::Original;
+use crate::scene::files::Files;
 use crate::scene::limits::Limit;
-use crate::scene::pictures::Files;
 use crate::scene::problem::Problem;
 use crate::scene::variation::vary_with;
 use crate::scene::{Description, Loaded, NotLoaded, Overrides, Problems};

@@ -4,7 +4,7 @@ use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
 use super::opacity::behind;
-use super::pbr::{lobes_of, passage};
+use super::pbr::lobes_of;
 use super::ray_packet::RayPacket;
 use super::texturing::apply_textures;
 use super::variants::Variant;
@@ -21,7 +21,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         let s = self.s;
         let primary = self.camera.primary(s, x, y);
         let seen = primary.seen.bits() & active;
-        *rays = RayPacket { origin: primary.origin, dir: primary.dir, active: seen, ..RayPacket::none(s) };
+        *rays = RayPacket { origin: primary.origin, dir: primary.dir, active: seen, depth: 1, ..RayPacket::none(s) };
         self.counts.camera += u64::from(seen.count_ones());
         hits.time = self.world.effects.has(Effect::MotionBlur).then(|| L::lit(s, 0.5));
         if V::DETAILS {
@@ -45,20 +45,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             active: L::mask(s, rays.active),
         };
         hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), Coherence::Coherent);
-        if rays.depth == 0 {
+        if rays.depth == 1 {
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         hits.found != 0
-    }
-
-    /// How much is there of what the rays have met.
-    #[inline(always)]
-    pub(crate) fn first_opacity(&self, rays: &RayPacket<L>, hits: &Hits<L>) -> L {
-        if V::DETAILS && self.world.effects.has(Effect::Opacity) {
-            passage(self.s, self.world, rays.dir, hits).1
-        } else {
-            L::lit(self.s, 1.0)
-        }
     }
 
     /// Lets the rays of some lanes go straight on behind what they have met, as those of pictures do.
@@ -70,16 +60,20 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.counts.transmitted += u64::from(rays.active.count_ones());
     }
 
-    /// The coefficients of what the rays have met. Bumps tilt its normals.
+    /// The coefficients of what the rays have met, and how much of it is there. Bumps tilt its normals.
     #[inline(always)]
-    pub(crate) fn first_coefficients(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> Coefficients<L> {
+    pub(crate) fn first_coefficients(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> (Coefficients<L>, L) {
         let (s, mut coefficients, mut lacquer) = (self.s, self.coefficients(rays, hits), hits.ns);
+        let mut opacity = L::lit(s, 1.0);
         if V::DETAILS && self.world.effects.has_textures() {
             apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients, &mut lacquer);
         }
         if V::DETAILS && self.world.effects.has(Effect::MetallicRoughness) {
-            lobes_of(s, self.world, rays, self.cones.widths(), lacquer, hits, &mut coefficients);
+            let lobes = lobes_of(s, self.world, rays, self.cones.widths(), lacquer, hits, &mut coefficients);
+            if let Some(lobes) = lobes {
+                opacity = L::select(L::mask(s, lobes.lanes), lobes.opacity, opacity);
+            }
         }
-        coefficients
+        (coefficients, opacity)
     }
 }

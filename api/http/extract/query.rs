@@ -11,6 +11,7 @@ use axum::http::{HeaderMap, Uri};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use strahl::film::animation::AnimationFormat;
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::render::Layers;
 use strahl::scene::limits::Limit;
@@ -140,16 +141,11 @@ impl Query {
         self.take(name, about, Values::Words(names), choice)
     }
 
-    /// One of some formats of pictures.
-    pub(crate) fn one_of(
-        &mut self,
-        name: &'static str,
-        about: &'static str,
-        formats: &[PictureFormat],
-    ) -> Option<PictureFormat> {
-        let names = formats.iter().map(|format| format.names().0.to_owned()).collect();
-        let read = |text: &str| PictureFormat::by_name(text).filter(|format| formats.contains(format));
-        self.take(name, about, Values::Words(names), read)
+    /// The format of an animation.
+    pub(crate) fn animation_format(&mut self) -> Option<AnimationFormat> {
+        let names = AnimationFormat::ALL.map(|format| format.names().0.to_owned()).to_vec();
+        let about = "Format of the animation, whatever `Accept` says.";
+        self.take("format", about, Values::Words(names), AnimationFormat::by_name)
     }
 
     /// How many are side by side and below each other, as COLUMNSxROWS.

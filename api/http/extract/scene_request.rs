@@ -7,7 +7,7 @@ use crate::http::auth::tenant::Tenant;
 use crate::http::problem::Problem;
 use crate::http::state::AppState;
 use crate::service::memory_budget::MeteredBytes;
-use crate::service::scenes::cache::Form;
+use crate::service::scenes::sent_scene::Form;
 use axum::extract::Request;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method};

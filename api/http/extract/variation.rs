@@ -4,7 +4,7 @@ use super::json_body;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::Problem;
 use crate::http::state::AppState;
-use crate::service::scenes::cache::Form;
+use crate::service::scenes::sent_scene::Form;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::value::RawValue;

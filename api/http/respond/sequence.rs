@@ -11,6 +11,7 @@ use crate::service::error::Error;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
+use crate::service::pictures::warnings;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::sequences::Frames;
@@ -76,12 +77,13 @@ pub(crate) async fn frame(
     Ok(answer)
 }
 
-/// The header with the warnings of a job's finished frames.
-async fn warnings_of(app: &App, job: &Arc<Job>) -> Result<HeaderMap, Problem> {
+/// The header with the warnings of a job's finished frames, after one of what is made of them.
+async fn warnings_of(app: &App, job: &Arc<Job>, own: Option<String>) -> Result<HeaderMap, Problem> {
     let (service, record) = (Arc::clone(&app.service), job.record().clone());
-    let line = blocking(move || service.jobs.frame_warnings(&record)).await?;
+    let of_frames = blocking(move || service.jobs.frame_warnings(&record)).await?;
+    let lines = [warnings::line(&[], own.as_deref()), of_frames];
     let mut headers = HeaderMap::new();
-    put_warnings(&mut headers, line.as_deref());
+    put_warnings(&mut headers, warnings::together(lines.iter().flatten().map(String::as_str)).as_deref());
     Ok(headers)
 }
 
@@ -118,7 +120,7 @@ pub(crate) async fn animation(
     if let Some(answer) = precondition_response(&context, Some(&etag)) {
         return answer;
     }
-    let bytes = {
+    let made = {
         let (app, job) = (Arc::clone(app), Arc::clone(job));
         let work = {
             let app = Arc::clone(&app);
@@ -126,9 +128,9 @@ pub(crate) async fn animation(
         };
         app.service.run(tenant.task(Class::Renders), work).await?.value
     };
-    let bytes =
-        bytes.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
-    let mut answer = warnings_of(app, job).await?;
+    let made = made.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
+    let mut answer = warnings_of(app, job, made.warning()).await?;
+    let bytes = made.file;
     answer.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     answer.insert(header::CONTENT_LENGTH, bytes.len().into());
     answer.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
@@ -151,6 +153,7 @@ fn accepted(formats: &[AnimationFormat]) -> Vec<(&'static str, AnimationFormat)>
         ("image/apng", AnimationFormat::Apng),
         ("image/png", AnimationFormat::Apng),
         ("image/webp", AnimationFormat::Webp),
+        ("image/gif", AnimationFormat::Gif),
     ];
     let of = |format: &AnimationFormat| all.into_iter().filter(|(_, other)| other == format).collect::<Vec<_>>();
     formats.iter().flat_map(of).collect()
@@ -168,7 +171,7 @@ pub(crate) async fn sheet(
     let work = move |work: &Work| -> Result<_, Error> { work.workers.work(|| service.sheet(&sequence, columns))? };
     let made = app.service.run(tenant.task(Class::Renders), work).await?.value;
     let png = made.ok_or_else(|| no_picture(job))?;
-    let warnings = warnings_of(app, job).await?;
+    let warnings = warnings_of(app, job, None).await?;
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "no-cache")];
     Ok((headers, warnings, body(app.service.memory.metered(png)?)).into_response())
 }

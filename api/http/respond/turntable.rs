@@ -13,14 +13,14 @@ use crate::http::state::App;
 use crate::service::assets::sha256;
 use crate::service::jobs::record::State;
 use crate::service::requests::jobs::WantedJob;
-use crate::service::scenes::cache::Form;
+use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
 use axum::response::Response;
 use std::time::Duration;
+use strahl::film::FileFormat;
 use strahl::film::animation::AnimationFormat;
-use strahl::film::{FileFormat, PictureFormat};
 use strahl::sequence::Sequence;
 
 /// Frames of one answer: one for each degree.
@@ -47,9 +47,8 @@ pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Pro
     query.refuse("quality", "a turntable has none, it loses nothing: leave it out");
     query.refuse("layers", "a turntable has none: ask for them without it, with format=exr");
     let count = count.unwrap_or(1);
-    let named = query.one_of("format", "Format of the animation.", &AnimationFormat::ALL.map(AnimationFormat::frames));
-    let named = AnimationFormat::ALL.into_iter().find(|format| Some(format.frames()) == named);
-    if sheet.is_some() && named.is_some_and(|named| named.frames() != PictureFormat::Png) {
+    let named = query.animation_format();
+    if sheet.is_some() && named.is_some_and(|named| named != AnimationFormat::Apng) {
         query.wrong(
             "format",
             "unsupported",
@@ -71,7 +70,7 @@ pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Pro
 
 /// The parameters that only turntables have.
 pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>) {
-    let about = "So many pictures from all around, in one answer: an animated PNG or WebP, or a contact sheet.";
+    let about = "So many pictures from all around, in one answer: an animated PNG, WebP or GIF, or a contact sheet.";
     let count = query.count("turntable", about, FRAMES);
     let about = "A contact sheet of a turntable instead, as COLUMNSxROWS.";
     (count, query.sheet("sheet", about))

@@ -10,7 +10,7 @@ use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
 use crate::service::limits::MAX_RAYS;
-use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scheduler::admission::Work;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::de::{Deserialize, Deserializer, IgnoredAny, SeqAccess, Visitor};

@@ -17,7 +17,7 @@ use crate::service::jobs::record::State as JobState;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::requests::pictures::{Source, Upload, image_of};
-use crate::service::scenes::cache::Form;
+use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::http::{HeaderName, Method};
 use std::time::Duration;

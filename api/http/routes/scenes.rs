@@ -5,7 +5,7 @@ use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::http::respond::image::tiles_of;
 use crate::service::requests::scenes::Remembered;
-use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scenes::store::{Released, Source};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;

@@ -8,7 +8,7 @@ use crate::http::respond::{Answer, body, to_json};
 use crate::http::state::AppState;
 use crate::service::error::Error;
 use crate::service::scenes::cache::Built;
-use crate::service::scenes::cache::SentScene;
+use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::tradeoff::progress::{Progress, Watch};

@@ -3,9 +3,10 @@
 use super::Service;
 use crate::service::error::Error;
 use crate::service::pictures::spec::size_of;
-use crate::service::scenes::cache::{Built, Form, Found, SentScene};
+use crate::service::scenes::cache::{Built, Found};
 use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
 use crate::service::scenes::prepared::{PreparedScene, planned};
+use crate::service::scenes::sent_scene::{Form, SentScene};
 use crate::service::scenes::store::{Released, Source};
 use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Task;

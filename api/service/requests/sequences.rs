@@ -5,15 +5,15 @@ use super::jobs::WantedJob;
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::{JobSpec, Record};
-use crate::service::scenes::cache::{Form, SentScene};
 use crate::service::scenes::prepared::planned;
+use crate::service::scenes::sent_scene::{Form, SentScene};
 use crate::service::scheduler::admission::Work;
 use crate::service::sequences::Frames;
 use crate::service::sequences::price::{Price, is_pilot, price};
 use crate::service::sequences::shown::{animation, in_words};
 use crate::service::sequences::text::join;
 use strahl::film::Region;
-use strahl::film::animation::AnimationFormat;
+use strahl::film::animation::{Animation, AnimationFormat};
 use strahl::film::sheet::{Sheet, cell, columns};
 use strahl::scene::assets::named_in;
 use strahl::scene::description::{Accuracy, ImageSize};
@@ -102,7 +102,7 @@ impl Service {
     }
 
     /// An animation of all frames of a job that has succeeded, in one of its formats; none if a frame is damaged or gone.
-    pub(crate) fn animation(&self, job: &Job, format: AnimationFormat) -> Result<Option<Vec<u8>>, Error> {
+    pub(crate) fn animation(&self, job: &Job, format: AnimationFormat) -> Result<Option<Animation>, Error> {
         let record = job.record().clone();
         let Some(frames) = record.frames else { return Ok(None) };
         let mut files = Vec::new();
@@ -113,6 +113,11 @@ impl Service {
         // The animation is about as large as all frames together.
         let mut share = self.memory.share(0);
         share.grow(files.iter().map(|file| file.bytes.len() as u64).sum())?;
+        if format.frames().is_none() {
+            // Frames are decoded, a few at a time.
+            share
+                .grow(12 * rayon::current_num_threads() as u64 * u64::from(record.width) * u64::from(record.height))?;
+        }
         let files: Vec<&[u8]> = files.iter().map(|file| &file.bytes[..]).collect();
         let made = animation(&files, record.spec.output, format, frames.timing());
         made.map(Some).map_err(|why| Error::Internal(in_words(why)))

@@ -5,6 +5,7 @@ pub(crate) mod files;
 pub(crate) mod ids;
 pub(crate) mod prepared;
 mod room;
+pub(crate) mod sent_scene;
 pub(crate) mod store;
 pub(crate) mod texture_folder;
 mod views;

@@ -1,9 +1,10 @@
 //! Views of models: the first one is kept with its description, and each other view of the same file is a variation of it. Then
 //! nothing is read, decoded and built again.
 
-use super::cache::{Accepts, Built, Form, Key, SceneCache, SentScene};
+use super::cache::{Accepts, Built, SceneCache};
 use super::prepared::PreparedScene;
 use super::room::Room;
+use super::sent_scene::{Form, Key, SentScene};
 use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use crate::service::scheduler::pool::Workers;

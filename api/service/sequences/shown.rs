@@ -2,16 +2,16 @@
 
 use rayon::prelude::*;
 use strahl::film::FileFormat;
-use strahl::film::animation::{AnimationFormat, NoAnimation, Timing};
+use strahl::film::animation::{Animation, AnimationFormat, NoAnimation, Timing};
 use strahl::film::encode::transcoded;
 
 /// The formats that frames in a format can be animated in, the one that takes their files as they are first.
 pub(crate) fn animations(frames: FileFormat) -> &'static [AnimationFormat] {
     match frames {
-        FileFormat::Png8 => &[AnimationFormat::Apng, AnimationFormat::Webp],
-        FileFormat::WebP => &[AnimationFormat::Webp, AnimationFormat::Apng],
+        FileFormat::Png8 => &[AnimationFormat::Apng, AnimationFormat::Webp, AnimationFormat::Gif],
+        FileFormat::WebP => &[AnimationFormat::Webp, AnimationFormat::Apng, AnimationFormat::Gif],
         // WebP has no 16 bits.
-        FileFormat::Png16 => &[AnimationFormat::Apng],
+        FileFormat::Png16 => &[AnimationFormat::Apng, AnimationFormat::Gif],
         FileFormat::Jpeg(_) | FileFormat::Exr | FileFormat::Pfm => &[],
     }
 }
@@ -22,11 +22,11 @@ pub(crate) fn animation(
     frames: FileFormat,
     format: AnimationFormat,
     timing: Timing,
-) -> Result<Vec<u8>, NoAnimation> {
-    if format.frames() == frames.into() {
+) -> Result<Animation, NoAnimation> {
+    let Some(other) = format.frames().filter(|taken| *taken != frames.into()) else {
         return format.join(files, timing);
-    }
-    let again = |file: &&[u8]| transcoded(file, format.frames()).ok_or(NoAnimation::NoPicture);
+    };
+    let again = |file: &&[u8]| transcoded(file, other).ok_or(NoAnimation::NoPicture);
     let files: Vec<Vec<u8>> = files.par_iter().map(again).collect::<Result<_, _>>()?;
     format.join(&files, timing)
 }

@@ -27,7 +27,8 @@ pub use known::Original;
 use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
 use super::effects::{Effect, Entry};
-use super::pictures::{self, Files, NoFiles, Pictures};
+use super::files::{Files, NoFiles};
+use super::pictures::{self, Pictures};
 use super::problem::{Problems, unless_cancelled};
 use super::world::{Pruning, World};
 use super::{Problem, limits};
@@ -285,7 +286,12 @@ impl Scene {
     pub(in crate::scene) fn place(&mut self, models: &ModelBodies) {
         if let Some(sources) = Arc::get_mut(&mut self.sources) {
             sources.models = sources.lists.iter_mut().map(|pointer| models.place(pointer)).collect();
-            sources.materials.iter_mut().for_each(|pointer| _ = models.place(pointer));
+            for pointer in &mut sources.materials {
+                match models.replaceable.get(pointer) {
+                    Some(place) => pointer.clone_from(place),
+                    None => _ = models.place(pointer),
+                }
+            }
         }
         self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| _ = models.place(pointer));
         for entry in &mut self.effects {

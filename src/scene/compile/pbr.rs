@@ -9,7 +9,8 @@ use crate::math::{self, Rgb};
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Factor, Fidelity, RenderSettings, TexelChannel, Textured, UvTransform,
 };
-use crate::scene::pictures::{Meaning, Pictures, number_of};
+use crate::scene::picture_decoding::Meaning;
+use crate::scene::pictures::{Pictures, number_of};
 use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};

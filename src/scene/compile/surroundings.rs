@@ -2,7 +2,8 @@
 
 use crate::math::Rgb;
 use crate::scene::description::{self as d, Description};
-use crate::scene::pictures::{Meaning, Pictures};
+use crate::scene::picture_decoding::Meaning;
+use crate::scene::pictures::Pictures;
 use crate::shading::material::Material;
 use crate::shading::pbr::Channel;
 use crate::shading::surroundings::Surroundings;

@@ -82,6 +82,8 @@ pub(in crate::scene) struct ModelBodies {
     pub(in crate::scene) materials: Named<Material>,
     /// What pointers mean that are not in the text, by what they begin with.
     pub(in crate::scene) places: HashMap<String, ModelPlace>,
+    /// Where the text may replace the named materials of the models, by their pointers in the scene with instances.
+    pub(in crate::scene) replaceable: HashMap<String, String>,
     /// What of the models is approximated or left out, and with which fidelity if not with each: models are kept for all.
     pub(in crate::scene) warnings: Vec<(Problem, Option<Fidelity>)>,
     /// What the models call their pictures.

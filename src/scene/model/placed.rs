@@ -34,6 +34,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         definitions: Named::default(),
         materials: Named::default(),
         places: HashMap::new(),
+        replaceable: HashMap::new(),
         warnings: Vec::new(),
         problems: Vec::new(),
         pictures: PictureNames::default(),
@@ -49,11 +50,19 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     if !reader.problems.is_empty() {
         return Err(Problems(reader.problems));
     }
-    let Reader { definitions: own, materials, places, warnings, pictures, from_files, .. } = reader;
+    let Reader { definitions: own, materials, places, replaceable, warnings, pictures, from_files, .. } = reader;
     definitions.extend(own);
     let (objects, definitions) = (Arc::new(objects), Arc::new(definitions));
-    description.models =
-        ReadModels::new(ModelBodies { objects, definitions, materials, places, warnings, pictures, from_files });
+    description.models = ReadModels::new(ModelBodies {
+        objects,
+        definitions,
+        materials,
+        places,
+        replaceable,
+        warnings,
+        pictures,
+        from_files,
+    });
     Ok(())
 }
 
@@ -75,6 +84,7 @@ struct Reader<'a> {
     definitions: Named<Vec<Object>>,
     materials: Named<Material>,
     places: HashMap<String, ModelPlace>,
+    replaceable: HashMap<String, String>,
     warnings: Vec<(Problem, Option<Fidelity>)>,
     problems: Vec<Problem>,
     pictures: PictureNames,
@@ -168,6 +178,12 @@ impl Reader<'_> {
         let (mut materials, names, pictures) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
         self.pictures.append(pictures);
+        for (own, named) in names.iter().zip(&named) {
+            if let Some(named) = named {
+                let at = push_token(&format!("{pointer}/materials"), named);
+                self.replaceable.insert(push_token("/materials", own), at);
+            }
+        }
         for (of, material) in &said.materials {
             let at = push_token(&format!("{pointer}/materials"), of);
             let mut found = false;

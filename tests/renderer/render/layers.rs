@@ -240,28 +240,63 @@ fn what_is_partly_there_counts_as_much_as_is_there() {
     let objects =
         [sheet(5.0, "hole"), sheet(4.0, "thin"), sheet(3.0, "thick"), sheet(0.0, "wall"), sheet(5.5, "catcher")];
     let scene = scene(&json!({ "materials": materials }), &objects);
-    let made = layers(&scene, "object,material,albedo,distance,normal");
+    let made = layers(&scene, "distance,normal,albedo,object,material");
+    let [distance, normal, albedo, objects, _] = &made[..] else { panic!("{made:?}") };
     for (i, name, share) in
         [(1, "thin", 0.25), (2, "thick", 0.75 * 0.75), (3, "wall", 0.75 * 0.25), (0, "hole", 0.0), (4, "catcher", 0.0)]
     {
         let alone = layers(&scene, &format!("share:/objects/{i}"));
         assert!(floats(&alone[0]).iter().all(|seen| (f64::from(*seen) - share).abs() < 1e-6), "{name}: {alone:?}");
-        let Layer::Ids(ids) = &made[0] else { panic!() };
+        let Layer::Ids(ids) = objects else { panic!("{objects:?}") };
         assert_eq!(ids.manifest.contains_key(&format!("/objects/{i}")), share > 0.0, "{name}");
         if share > 0.0 {
-            for (layer, path) in made.iter().zip([format!("/objects/{i}"), format!("/materials/{name}")]) {
+            for (layer, path) in made[3..].iter().zip([format!("/objects/{i}"), format!("/materials/{name}")]) {
                 let seen = shares(layer, &path);
                 assert!(seen.iter().all(|seen| (f64::from(*seen) - share).abs() < 1e-6), "{path}: {seen:?}");
             }
         }
     }
     // The wall counts with its color, and both veils with theirs, less what a dielectric mirrors.
-    let [red, ..] = vectors(&made[2])[30 * 60 + 30];
+    let [red, ..] = vectors(albedo)[30 * 60 + 30];
     assert!(red > 0.1875 && red < 0.1875 + 0.5 * 0.8125, "{red}");
     // Half of the thick veil and more is there, so the middle of a pixel shows it.
-    let middle = floats(&made[3])[20 * 60 + 30];
+    let middle = floats(distance)[20 * 60 + 30];
     assert!((middle - 3.0).abs() < 1e-3, "{middle}");
-    assert!(vectors(&made[4]).iter().all(|n| *n == [0.0, 0.0, 1.0]));
+    assert!(vectors(normal).iter().all(|n| *n == [0.0, 0.0, 1.0]));
+}
+
+/// A quarter of a picture's texels is there, and there are eight of them in each pixel and direction.
+#[test]
+fn ids_see_textures_as_pictures_do() {
+    let mut texels = image::RgbaImage::from_pixel(64, 64, image::Rgba([255, 255, 255, 0]));
+    texels.enumerate_pixels_mut().for_each(|(x, y, pixel)| pixel.0[3] = if x % 2 == 0 && y % 2 == 0 { 255 } else { 0 });
+    let mut png = Cursor::new(Vec::new());
+    texels.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let source = format!("data:image/png;base64,{}", data_encoding::BASE64.encode(png.get_ref()));
+    for mode in ["blend", "mask"] {
+        let opacity = json!({ "alpha": { "image": source.as_str(), "channel": "a" }, "mode": mode, "cutoff": 0.3 });
+        let more = json!({
+            "image": { "width": 8, "height": 8 },
+            "camera": { "orthographic": { "eye": [0.5, 0.5, 5], "look_at": [0.5, 0.5, 0], "height": 1 } },
+            "film": { "background": "transparent" },
+            "render": { "samples": 16 },
+            "materials": { "leaf": { "pbr": { "unlit": true, "opacity": opacity } } }
+        });
+        let leaf = json!({ "mesh": {
+            "vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "faces": [[0, 1, 2], [0, 2, 3]],
+            "uvs": [[0, 0], [1, 0], [1, 1], [0, 1]], "material": "leaf"
+        } });
+        let scene = scene(&more, &[leaf]);
+        let window = Window::whole(8, 8);
+        let picture = render_window(&scene, &window, Region::whole(8, 8), &Control::default()).unwrap();
+        let made = layers(&scene, "object,share:/objects/0");
+        let Layer::Ids(ids) = &made[0] else { panic!("{made:?}") };
+        for ((alpha, ranks), share) in picture.film.alpha.iter().zip(&ids.pixels).zip(floats(&made[1])) {
+            let of_ids = ranks[0].1;
+            assert!((alpha - of_ids).abs() < 1e-6 && (share - of_ids).abs() < 1e-6, "{mode}: {alpha} {of_ids} {share}");
+            assert!(mode == "mask" || (alpha - 0.25).abs() < 0.02, "{alpha}");
+        }
+    }
 }
 
 #[test]

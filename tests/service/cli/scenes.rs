@@ -75,7 +75,12 @@ fn no_result_replaces_a_file_of_the_scene() {
     std::fs::write(folder.join("box.obj"), model).unwrap();
     std::fs::write(folder.join("box.mtl"), "newmtl wood\nmap_Kd box.png\n").unwrap();
     done(&folder, &["render", "ball.json", "-o", "box.png", "--width", "8", "--height", "8"], "");
-    let files = ["ball.json", "ball.nff", "box.obj", "box.mtl", "box.png"];
+    std::fs::hard_link(folder.join("box.png"), folder.join("linked.png")).unwrap();
+    std::fs::copy(folder.join("box.png"), folder.join("0.png")).unwrap();
+    let patch = r#"{ "materials": { "m": { "diffuse": { "image": { "source": "0.png" } } } } }"#;
+    std::fs::write(folder.join("two.json"), format!(r#"{{ "patches": [{{}}, {patch}] }}"#)).unwrap();
+    done(&folder, &["tile", "ball.json", "--of", "1", "--index", "0", "-o", "0.tile"], "");
+    let files = ["ball.json", "ball.nff", "box.obj", "box.mtl", "box.png", "two.json", "0.png", "0.tile"];
     let bytes = || files.map(|file| std::fs::read(folder.join(file)).unwrap());
     let before = bytes();
     for args in [
@@ -90,11 +95,29 @@ fn no_result_replaces_a_file_of_the_scene() {
         &["tradeoff", "ball.json", "-o", "a.html", "--json", "ball.json"],
         &["import", "ball.nff", "-o", "ball.nff"],
         &["import", "box.obj", "-o", "box.mtl"],
+        &["render", "box.obj", "-o", "linked.png"],
+        &["render", "ball.json", "--frames", "two.json", "-o", "a.webp", "--stats", "two.json"],
+        // The first frame would be a texture of the second.
+        &["render", "ball.json", "--frames", "two.json", "-o", "#.png"],
+        &["tile", "box.obj", "--of", "2", "--index", "0", "-o", "box.png"],
+        &["tile", "store:ball.json", "--store", ".", "--of", "2", "--index", "0", "-o", "store:ball.json"],
+        &["frame", "box.obj", "--frame", "0", "-o", "box.png"],
+        &["frame", "ball.json", "--sequence", "two.json", "--frame", "0", "-o", "a.png", "--stats", "two.json"],
+        &["gallery", "box.obj", "-o", "box.png"],
+        &["assemble", "ball.json", "{index}.tile", "--of", "1", "-o", "a.png", "--stats", "0.tile"],
     ] {
         fails(&folder, args, "", 2, "belongs to the scene: name another file for the result");
         assert!(bytes() == before, "{args:?}");
     }
     done(&folder, &["render", "box.obj", "-o", "box-picture.png", "--width", "8", "--height", "8"], "");
+    done(&folder, &["render", "box.obj", "-o", "box-picture.png", "--width", "8", "--height", "8"], "");
+    for args in [
+        &["render", "ball.json", "-o", "a.png", "--stats", "a.png"][..],
+        &["render", "ball.json", "--layers", "normal", "-o", "a.png", "--stats", "a.normal.png"],
+        &["tradeoff", "ball.json", "-o", "t.svg", "--json", "t.svg"],
+    ] {
+        fails(&folder, args, "", 2, "cannot be two results: name another file for one of them");
+    }
 }
 
 #[test]

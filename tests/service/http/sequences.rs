@@ -37,6 +37,19 @@ fn pictures_of(animation: &[u8], media_type: &str) -> Vec<(RgbaImage, u32)> {
     frames.unwrap().into_iter().map(|frame| (frame.buffer().clone(), delay(&frame))).collect()
 }
 
+/// A GIF's frames as three codes for each pixel, with their milliseconds.
+fn gif_frames(file: &[u8]) -> Vec<(Vec<u8>, u32)> {
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(file).unwrap();
+    let mut frames = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        let colors = frame.buffer.as_chunks::<4>().0.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]);
+        frames.push((colors.collect(), 10 * u32::from(frame.delay)));
+    }
+    frames
+}
+
 #[test]
 fn every_frame_is_the_picture_of_its_scene() {
     let service = Service::start(&[]);
@@ -89,6 +102,23 @@ fn animations_and_sheets_show_the_frames() {
                 with(&service, "GET", &path, &[("Accept", accept), ("If-None-Match", answer.header("etag"))], "");
             assert_eq!(again.status, 304);
         }
+        let gif = service.get(&format!("{path}?format=gif"));
+        assert_eq!((gif.status, gif.header("content-type")), (200, "image/gif"), "{}", gif.text());
+        assert_eq!(service.send("GET", &path, &[("Accept", "image/gif")], b"").body, gif.body);
+        let shown = gif_frames(&gif.body);
+        assert_eq!(shown.len(), 4);
+        let off = |(shown, single): (&(Vec<u8>, u32), &image::DynamicImage)| {
+            assert_eq!(shown.1, 100);
+            shown.0.iter().zip(single.to_rgb8().into_raw()).map(|(a, b)| a.abs_diff(b)).max().unwrap()
+        };
+        let largest = shown.iter().zip(&singles).map(off).max().unwrap();
+        let said = format!("up to {largest} of 255 codes off");
+        assert!(
+            largest > 0 && gif.header("render-warnings").contains(&said),
+            "{said}: {}",
+            gif.header("render-warnings")
+        );
+        assert!(!usual.header("render-warnings").contains("codes off"));
         service.get(&format!("{path}?format=exr")).problem(400, "invalid-parameter");
         assert_eq!(service.get(&format!("/v1/jobs/{id}/image")).body, usual.body);
         let sheet = service.get(&format!("/v1/jobs/{id}/sheet"));
@@ -251,10 +281,11 @@ fn the_command_line_makes_the_same_files() {
         let output = Command::new(env!("CARGO_BIN_EXE_strahl")).args(args).current_dir(path).output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    for target in ["f-##.png", "all.png", "all.webp", "f-####.exr"] {
+    for target in ["f-##.png", "all.png", "all.webp", "all.GIF", "f-####.exr"] {
         let (code, said) = strahl(&["render", "ball.json", "--frames", "around.json", "-o", target]);
         assert_eq!(code, Some(0), "{said}");
         assert!(said.contains("4 frames of 48 x 32 pixels"), "{said}");
+        assert_eq!(said.contains("warning: GIF has 256 colors"), target == "all.GIF", "{said}");
     }
     let service = Service::start(&[]);
     let id = submit(&service, BALL, AROUND);
@@ -267,10 +298,12 @@ fn the_command_line_makes_the_same_files() {
     let animation = |format: &str| service.get(&format!("/v1/jobs/{id}/animation?format={format}")).body;
     assert_eq!(file("all.png"), animation("png"));
     assert_eq!(file("all.webp"), animation("webp"));
+    assert_eq!(file("all.GIF"), animation("gif"));
     let (code, said) = strahl(&["render", "ball.json", "--frames", "4", "-o", "four.png"]);
     assert_eq!(code, Some(0), "{said}");
     for (args, what) in [
         (["--frames", "around.json", "-o", "a.exr"], "#"),
+        (["--frames", "around.json", "-o", "f-#.gif"], "names no format"),
         (["--frames", "0", "-o", "a.png"], "/frames/count"),
         (["--frames", "nothing.json", "-o", "a.png"], "cannot be read"),
     ] {

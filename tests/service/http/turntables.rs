@@ -93,6 +93,8 @@ fn a_model_is_seen_from_all_around() {
 
     let webp = of_model(&service, "turntable=3&width=24&height=24&format=webp", &cube);
     assert_eq!((webp.status, webp.header("content-type")), (200, "image/webp"));
+    let gif = of_model(&service, "turntable=3&width=24&height=24&format=gif", &cube);
+    assert_eq!((gif.status, gif.header("content-type")), (200, "image/gif"));
     let sheet = of_model(&service, "turntable=4&width=24&height=24&sheet=2x2", &cube);
     assert_eq!((sheet.status, sheet.header("content-type")), (200, "image/png"));
     let [width, height] = [sheet.picture().width(), sheet.picture().height()];

@@ -6,7 +6,6 @@ use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::sequence::{self, frames_of};
 use crate::service::sequences::report::{FrameReport, SequenceReport};
-use strahl::film::PictureFormat;
 use strahl::film::animation::AnimationFormat;
 use strahl::sequence::FRAMES;
 
@@ -16,8 +15,9 @@ const WARNINGS: &str = "Warnings about the frames, each once, up to twelve.";
 pub(super) fn routes() -> Vec<Route> {
     let about_list = "The finished frames of a sequence: what each cost, and how far it may be from the exact picture.";
     let about_frame = "A frame of a sequence, as soon as it is finished: the picture that its scene gives alone.";
-    let about_animation = "All frames of a sequence that has succeeded, as animated PNG or animated lossless WebP.\n\n\
-                           Each frame has the codes of its own picture. The format is that of `format`, else the one that \
+    let about_animation = "All frames of a sequence that has succeeded, as animated PNG, animated lossless WebP or GIF.\n\n\
+                           Each frame has the codes of its own picture; GIF has 256 colors a frame, and `Render-Warnings` \
+                           says how far they are off. The format is that of `format`, else the one that \
                            `Accept` asks for. Frames in EXR, PFM and JPEG make no animations.";
     let about_sheet = "A contact sheet: the finished frames of a sequence, small and side by side, as a PNG.";
     let formats = AnimationFormat::ALL.map(|format| Content::file(format.names().1));
@@ -34,7 +34,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/jobs/{id}/animation", animation, ["jobAnimation", "jobs", about_animation])
             .needs(Scope::Read)
             .path("id", ID)
-            .query(format)
+            .query(Query::animation_format)
             .answer(200, "The animation", &formats)
             .answer_header("Render-Warnings", WARNINGS),
         Route::get("/v1/jobs/{id}/sheet", sheet, ["jobSheet", "jobs", about_sheet])
@@ -79,21 +79,12 @@ async fn frame(
     sequence::frame(&app, &tenant, (request.method(), request.headers()), &job, number).await
 }
 
-fn format(query: &mut Query) -> Option<PictureFormat> {
-    query.one_of(
-        "format",
-        "Format of the animation, whatever `Accept` says.",
-        &AnimationFormat::ALL.map(AnimationFormat::frames),
-    )
-}
-
 async fn animation(
     State(app): State<App>,
     NamedJob { job, tenant }: NamedJob,
     request: Request,
 ) -> Result<Response, Problem> {
-    let named = Query::read(request.uri(), format)?;
-    let named = AnimationFormat::ALL.into_iter().find(|format| Some(format.frames()) == named);
+    let named = Query::read(request.uri(), Query::animation_format)?;
     sequence::animation(&app, &tenant, (request.method(), request.headers()), &job, named).await
 }
 

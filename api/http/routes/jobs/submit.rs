@@ -11,7 +11,7 @@ use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
 use crate::service::jobs::Job;
 use crate::service::requests::jobs::WantedJob;
-use crate::service::scenes::cache::Form;
+use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::PRIORITY;
 use schemars::{Schema, SchemaGenerator, json_schema};
 use serde_json::value::RawValue;

@@ -3,9 +3,10 @@
 use crate::service::error::Error;
 use crate::service::farm::work::{SCENE_BYTES, SceneSource};
 use crate::service::memory_budget::MemoryBudget;
-use crate::service::scenes::cache::{Form, Key, SceneCache, SentScene};
+use crate::service::scenes::cache::SceneCache;
 use crate::service::scenes::files::AssetSource;
 use crate::service::scenes::prepared::PreparedScene;
+use crate::service::scenes::sent_scene::{Form, Key, SentScene};
 use crate::service::scenes::store::SceneStore;
 use crate::service::scheduler::pool::Pool;
 use crate::service::scheduler::task::{Class, Task};
