@@ -41,6 +41,25 @@ pub(super) enum Meaning {
     Data,
     /// Alpha from 0 to 1, in all channels.
     Alpha,
+    /// A number from 0 to 1, and in the second channel whether it is at least another one: 1 or 0, so that means are shares.
+    Mask(Mask),
+}
+
+/// What a mask is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Mask {
+    /// The channel of the picture, 3 for alpha.
+    pub(super) channel: u8,
+    /// The bits of the least number, in single precision.
+    pub(super) least: u32,
+}
+
+impl Mask {
+    /// The numbers that stand for that of a texel.
+    fn of(self, rgba: [f32; 4]) -> [f32; 3] {
+        let number = rgba[usize::from(self.channel)];
+        [number, f32::from(number >= f32::from_bits(self.least)), number]
+    }
 }
 
 /// Decodes a picture, and subtracts its bytes from those that are `left`.
@@ -87,6 +106,11 @@ fn of_codes(image: DynamicImage, meaning: Meaning) -> Mipmap {
             let alphas = image.into_rgba8();
             alphas.pixels().flat_map(|pixel| [pixel.0[3]; 3]).collect()
         }
+        Meaning::Mask(mask) => {
+            let texels = image.into_rgba8();
+            let of = |code: u8| f32::from(code) / f32::from(u8::MAX);
+            texels.pixels().flat_map(|pixel| mask.of(pixel.0.map(of)).map(|number| (number * 255.0).round() as u8)).collect()
+        }
         _ => image.into_rgb8().into_raw(),
     };
     let values = std::array::from_fn(|code| value(meaning, code as u16, u8::MAX.into()));
@@ -111,12 +135,19 @@ fn of_numbers(image: DynamicImage, meaning: Meaning) -> Mipmap {
         (0..=most).map(|code| value(meaning, code, most)).collect()
     };
     let value = |code: u16| table.get(usize::from(code)).copied().unwrap_or_else(|| value(meaning, code, most));
-    let texels = if meaning == Meaning::Alpha {
-        let rgba = image.into_rgba16();
-        rgba.pixels().map_while(|pixel| unless_stopping([value(pixel.0[3]); 3])).collect()
-    } else {
-        let rgb = image.into_rgb16();
-        rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
+    let texels = match meaning {
+        Meaning::Alpha => {
+            let rgba = image.into_rgba16();
+            rgba.pixels().map_while(|pixel| unless_stopping([value(pixel.0[3]); 3])).collect()
+        }
+        Meaning::Mask(mask) => {
+            let rgba = image.into_rgba16();
+            rgba.pixels().map_while(|pixel| unless_stopping(mask.of(pixel.0.map(value)))).collect()
+        }
+        _ => {
+            let rgb = image.into_rgb16();
+            rgb.pixels().map_while(|pixel| unless_stopping(texel(meaning, pixel.0.map(value)))).collect()
+        }
     };
     Mipmap::new(width, height, texels)
 }
@@ -231,7 +262,7 @@ fn value(meaning: Meaning, code: u16, most: u16) -> f32 {
     let (code, middle, most) = (f64::from(code), f64::from(most / 2), f64::from(most));
     let value = match meaning {
         Meaning::Color | Meaning::Radiance => math::srgb_to_linear(code / most),
-        Meaning::Height | Meaning::Data | Meaning::Alpha => code / most,
+        Meaning::Height | Meaning::Data | Meaning::Alpha | Meaning::Mask(_) => code / most,
         // An even number of codes has none in the middle: 128 stands for 0, and both 0 and 1 for -1.
         Meaning::Normal => ((code - (middle + 1.0)) / middle).max(-1.0),
     };

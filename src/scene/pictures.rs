@@ -1,10 +1,12 @@
 //! The pictures of a scene's textures and environment, each read and decoded once.
 
-use super::description::{Description, Diffuse, ImageMap, PictureNames, Relief, TexelChannel, Textured};
+use super::description::{
+    AlphaMode, Description, Diffuse, ImageMap, Opacity, PictureNames, Relief, TexelChannel, Textured,
+};
 use super::files::Files;
 use super::hashes::hash_of;
 use super::limits::{PICTURE_BYTES, PICTURE_MEMORY};
-use super::picture_decoding::{Failure, Meaning, decode};
+use super::picture_decoding::{Failure, Mask, Meaning, decode};
 use super::problem::{Code, Problem, Problems, push_token, unless_cancelled};
 use crate::models::data_uri;
 use crate::shading::texture::mipmap::Mipmap;
@@ -17,6 +19,19 @@ const BROKEN_PICTURES: usize = 10;
 /// The meaning of a picture that has a number in one of its channels.
 pub(super) fn number_of(textured: &Textured<f64>) -> Meaning {
     if textured.channel == Some(TexelChannel::A) { Meaning::Alpha } else { Meaning::Data }
+}
+
+/// The meaning of the picture of an opacity.
+pub(super) fn alpha_of(opacity: &Opacity, textured: &Textured<f64>) -> Meaning {
+    match opacity.mode {
+        AlphaMode::Blend => number_of(textured),
+        AlphaMode::Mask => {
+            let channel = textured.channel.unwrap_or_default() as u8;
+            // The number that makes alpha, times its factor, as much as is needed.
+            let least = (opacity.cutoff / textured.factor) as f32;
+            Meaning::Mask(Mask { channel, least: least.to_bits() })
+        }
+    }
 }
 
 /// What a picture is of: its source, and the meaning of its numbers.
@@ -143,11 +158,14 @@ fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
                     keep(&textured.image, Meaning::Color, &format!("/pbr/{key}/image"));
                 }
             }
-            let alpha = pbr.opacity.as_ref().map(|opacity| ("opacity/alpha", &opacity.alpha));
-            let numbers = pbr.numbers().into_iter().chain(alpha);
-            let numbers = numbers.filter_map(|(key, channel)| Some((key, channel.textured()?)));
+            let numbers = pbr.numbers().into_iter().filter_map(|(key, channel)| Some((key, channel.textured()?)));
             for (key, textured) in numbers.chain(pbr.occlusion.as_deref().map(|textured| ("occlusion", textured))) {
                 keep(&textured.image, number_of(textured), &format!("/pbr/{key}/image"));
+            }
+            if let Some(opacity) = pbr.opacity.as_deref()
+                && let Some(textured) = opacity.alpha.textured()
+            {
+                keep(&textured.image, alpha_of(opacity, textured), "/pbr/opacity/alpha/image");
             }
             for (key, map) in pbr.normals() {
                 if let Some(map) = map {

@@ -198,7 +198,7 @@ impl Pbr {
             metallic: number(&self.metallic),
             roughness: number(&self.roughness),
             occlusion,
-            opacity: self.opacity_of(s, &texels, alpha),
+            opacity: self.opacity_of(s, lookup, &texels, alpha),
             transmission: number(&self.transmission),
             specular: number(&self.specular),
             normal_reflectance: W::lit(s, self.normal_reflectance),
@@ -216,7 +216,7 @@ impl Pbr {
         let one = W::lit(s, 1.0);
         let passes = number(s, &self.transmission, &texels) * (one - number(s, &self.metallic, &texels));
         let color = color(s, &self.base_color, &texels).times(V3 { x: red, y: green, z: blue });
-        (self.opacity_of(s, &texels, alpha), color * passes)
+        (self.opacity_of(s, lookup, &texels, alpha), color * passes)
     }
 
     #[inline(always)]
@@ -228,16 +228,18 @@ impl Pbr {
         texels
     }
 
-    /// How much of the surface is there; `alpha` is that of the mesh.
+    /// How much of the surface is there; `of_mesh` is the alpha of the mesh.
     #[inline(always)]
-    fn opacity_of<W: Double>(&self, s: W::Simd, texels: &Texels<W>, alpha: W) -> W {
+    fn opacity_of<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>, texels: &Texels<W>, of_mesh: W) -> W {
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
         let Some(Opacity { alpha: channel, cutoff }) = &self.opacity else { return one };
-        let alpha = (number(s, channel, texels) * alpha).max(zero).min(one);
-        match cutoff {
-            Some(cutoff) => W::select(alpha.ge(W::lit(s, *cutoff)), one, zero),
-            None => alpha,
-        }
+        let alpha = (number(s, channel, texels) * of_mesh).max(zero).min(one);
+        let Some(cutoff) = cutoff else { return alpha };
+        let all_or_nothing = W::select(alpha.ge(W::lit(s, *cutoff)), one, zero);
+        let Some(texel) = channel.texel else { return all_or_nothing };
+        // A mean of many alphas may be below the cutoff where some are above: leaves would vanish in the distance.
+        let shared = self.pictures[texel.picture].sees_several(s, lookup) & of_mesh.eq(one);
+        W::select(shared, texels[texel.picture].y, all_or_nothing)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Factor, Fidelity, RenderSettings, TexelChannel, Textured, UvTransform,
 };
 use crate::scene::picture_decoding::Meaning;
-use crate::scene::pictures::{Pictures, number_of};
+use crate::scene::pictures::{Pictures, alpha_of, number_of};
 use crate::shading::lobes::{LACQUER, MIRROR};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
@@ -157,9 +157,14 @@ impl Album<'_> {
     }
 
     fn number(&mut self, channel: &d::Channel<f64>) -> Channel<f64> {
-        let factor = channel.factor();
-        let Some(textured) = channel.textured() else { return Channel { factor, texel: None } };
-        let (meaning, channel) = part(textured);
+        match channel.textured() {
+            Some(textured) => self.lookup(textured, part(textured)),
+            None => Channel { factor: channel.factor(), texel: None },
+        }
+    }
+
+    fn lookup(&mut self, textured: &Textured<f64>, (meaning, channel): (Meaning, usize)) -> Channel<f64> {
+        let factor = textured.factor;
         match self.pictures.get(&textured.image, meaning).uniform() {
             Some(texel) => Channel { factor: factor * texel[channel], texel: None },
             None => Channel { factor, texel: Some(Texel { picture: self.index(textured, meaning), channel }) },
@@ -177,7 +182,10 @@ impl Album<'_> {
 
     fn opacity(&mut self, opacity: &d::Opacity) -> Option<Opacity> {
         let cutoff = (opacity.mode == AlphaMode::Mask).then_some(opacity.cutoff);
-        let alpha = self.number(&opacity.alpha);
+        let alpha = match opacity.alpha.textured() {
+            Some(textured) => self.lookup(textured, (alpha_of(opacity, textured), 0)),
+            None => Channel { factor: opacity.alpha.factor(), texel: None },
+        };
         // All of it is there if every alpha is large enough.
         (cutoff != Some(0.0)).then_some(Opacity { alpha, cutoff })
     }

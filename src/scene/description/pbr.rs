@@ -105,7 +105,7 @@ pub enum AlphaMode {
     /// The share of the surface that is there.
     #[default]
     Blend,
-    /// The surface is there where alpha is at least `cutoff`.
+    /// The surface is there where alpha is at least `cutoff`. Of several texels in a ray's footprint the share of those counts.
     Mask,
 }
 

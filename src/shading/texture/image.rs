@@ -45,6 +45,13 @@ impl ImageTexture {
         self.mapping.at(s, lookup.point, lookup.face.as_ref())
     }
 
+    /// Lanes whose footprints are longer than a texel.
+    #[inline(always)]
+    pub fn sees_several<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> W::Mask {
+        let [a, b] = self.coord(s, lookup).axes(lookup);
+        self.mipmap.texels_along(s, a).max(self.mipmap.texels_along(s, b)).gt(W::lit(s, 1.0))
+    }
+
     /// The mean colors over the footprints.
     pub fn at<W: Double>(&self, s: W::Simd, lookup: &Lookup<W>) -> V3<W> {
         W::vectorize(

@@ -265,7 +265,8 @@ fn what_is_partly_there_counts_as_much_as_is_there() {
     assert!(vectors(normal).iter().all(|n| *n == [0.0, 0.0, 1.0]));
 }
 
-/// A quarter of a picture's texels is there, and there are eight of them in each pixel and direction.
+/// A quarter of a picture's texels is there, and there are eight of them in each pixel and direction: also of a mask a quarter
+/// of each pixel, with one sample as with many.
 #[test]
 fn ids_see_textures_as_pictures_do() {
     let mut texels = image::RgbaImage::from_pixel(64, 64, image::Rgba([255, 255, 255, 0]));
@@ -273,28 +274,27 @@ fn ids_see_textures_as_pictures_do() {
     let mut png = Cursor::new(Vec::new());
     texels.write_to(&mut png, image::ImageFormat::Png).unwrap();
     let source = format!("data:image/png;base64,{}", data_encoding::BASE64.encode(png.get_ref()));
-    for mode in ["blend", "mask"] {
-        let opacity = json!({ "alpha": { "image": source.as_str(), "channel": "a" }, "mode": mode, "cutoff": 0.3 });
+    for (mode, samples) in [("blend", 16), ("mask", 16), ("blend", 1), ("mask", 1)] {
+        let alpha = json!({ "image": source.as_str(), "channel": "a" });
         let more = json!({
             "image": { "width": 8, "height": 8 },
             "camera": { "orthographic": { "eye": [0.5, 0.5, 5], "look_at": [0.5, 0.5, 0], "height": 1 } },
             "film": { "background": "transparent" },
-            "render": { "samples": 16 },
-            "materials": { "leaf": { "pbr": { "unlit": true, "opacity": opacity } } }
+            "render": { "samples": samples },
+            "materials": { "leaf": { "pbr": { "unlit": true, "opacity": { "alpha": alpha, "mode": mode } } } }
         });
         let leaf = json!({ "mesh": {
             "vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "faces": [[0, 1, 2], [0, 2, 3]],
             "uvs": [[0, 0], [1, 0], [1, 1], [0, 1]], "material": "leaf"
         } });
         let scene = scene(&more, &[leaf]);
-        let window = Window::whole(8, 8);
-        let picture = render_window(&scene, &window, Region::whole(8, 8), &Control::default()).unwrap();
+        let picture = render_window(&scene, &Window::whole(8, 8), Region::whole(8, 8), &Control::default()).unwrap();
         let made = layers(&scene, "object,share:/objects/0");
         let Layer::Ids(ids) = &made[0] else { panic!("{made:?}") };
         for ((alpha, ranks), share) in picture.film.alpha.iter().zip(&ids.pixels).zip(floats(&made[1])) {
             let of_ids = ranks[0].1;
-            assert!((alpha - of_ids).abs() < 1e-6 && (share - of_ids).abs() < 1e-6, "{mode}: {alpha} {of_ids} {share}");
-            assert!(mode == "mask" || (alpha - 0.25).abs() < 0.02, "{alpha}");
+            assert!((alpha - 0.25).abs() < 0.01 && (share - of_ids).abs() < 1e-6, "{mode}: {alpha} {of_ids} {share}");
+            assert!(samples == 1 || (alpha - of_ids).abs() < 1e-6, "{mode}: {alpha} {of_ids}");
         }
     }
 }
