@@ -56,12 +56,14 @@ pub(crate) fn run(
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
     let store = farm.store.as_deref().map(|place| runtime.block_on(Objects::open(place))).transpose()?;
     let farm = Farm::open(farm, store.as_ref(), spread, runtime.handle())?.map(Arc::new);
-    if let (Some(_), Some(data)) = (&farm, &settings.jobs.data) {
-        return Err(StartError::Settings(format!(
-            "--data {} and --farm do not go together: the jobs of a farm are at its broker and in its --store.",
-            data.display()
-        )));
+    let mut settings = settings.clone();
+    // The image of a container names a folder, whatever runs in it.
+    if farm.is_some()
+        && let Some(data) = settings.jobs.data.take()
+    {
+        tracing::info!(data = %data.display(), "the jobs of a farm are at its broker and in its store: --data is not used");
     }
+    let settings = &settings;
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
     let app = open(threads, http, settings, farm, store, &mut folders)?;

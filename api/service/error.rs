@@ -67,9 +67,13 @@ impl Error {
             let detail = format!("{what}: the disk of the service is full, and its operator has to make room");
             return Self::Busy { detail, retry_after: 60 };
         }
-        if is_temporary(error) {
+        if error.kind() == io::ErrorKind::NotConnected {
             let detail = format!("{what}: the farm's broker or its store does not answer; the service's log says why");
             return Self::Busy { detail, retry_after: 5 };
+        }
+        if is_temporary(error) {
+            let detail = format!("{what}: the folders of the service cannot be used now, and its operator has to look");
+            return Self::Busy { detail, retry_after: 30 };
         }
         Self::Internal(what)
     }
@@ -115,9 +119,11 @@ pub(crate) fn unreachable(why: impl fmt::Display) -> io::Error {
     io::Error::new(io::ErrorKind::NotConnected, why.to_string())
 }
 
-/// Whether the same may succeed another time.
+/// Whether the same may succeed another time: it is the disk, the volume or the network that fails, and not what is written or
+/// has been read.
 pub(crate) fn is_temporary(error: &io::Error) -> bool {
-    is_full(error) || error.kind() == io::ErrorKind::NotConnected
+    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
+    !matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof)
 }
 
 /// The text of a panic, for the log only.

@@ -86,7 +86,7 @@ def contract():
 # What is written otherwise without asyncio.
 BLOCKING = [
     (r"^import anyio\n", ""), (r"\basync (def|for|with)\b", r"\1"), (r"\bawait ", ""), (r"\banyio\.sleep", "time.sleep"),
-    (r"\bAsync(Client|Jobs|Job|Iterator|BaseTransport)\b", r"\1"), (r"\basynccontextmanager\b", "contextmanager"),
+    (r"\bAsync(Assets|Client|Jobs|Job|Iterator|BaseTransport)\b", r"\1"), (r"\basynccontextmanager\b", "contextmanager"),
     (r"__a(enter|exit)__", r"__\1__"), (r"\baclose\b", "close"), (r"\baread\b", "read"), (r"\baiter_bytes\b", "iter_bytes"),
     (r'^"""The asynchronous client.*"""', '"""The blocking client. `generate.py` makes this file of `aio.py`."""'),
     (r"import Iterator, Callable", "import Callable"), (r"import Callable, Iterable, Mapping", "import Callable, Iterable, Iterator, Mapping"),

@@ -109,7 +109,10 @@ fn of_codes(image: DynamicImage, meaning: Meaning) -> Mipmap {
         Meaning::Mask(mask) => {
             let texels = image.into_rgba8();
             let of = |code: u8| f32::from(code) / f32::from(u8::MAX);
-            texels.pixels().flat_map(|pixel| mask.of(pixel.0.map(of)).map(|number| (number * 255.0).round() as u8)).collect()
+            texels
+                .pixels()
+                .flat_map(|pixel| mask.of(pixel.0.map(of)).map(|number| (number * 255.0).round() as u8))
+                .collect()
         }
         _ => image.into_rgb8().into_raw(),
     };

@@ -92,7 +92,7 @@ impl Assets {
                 }
                 None if is_hash(&name) => {}
                 None => {
-                    let listed = blobs.head(&name).unwrap_or_default();
+                    let listed = blobs.head(&name).ok().flatten().unwrap_or_default();
                     let hashes = String::from_utf8_lossy(&listed).split_whitespace().map(str::to_owned).collect();
                     known.named.insert(name, hashes);
                 }

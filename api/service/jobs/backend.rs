@@ -6,7 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
-use crate::service::error::{is_full, is_temporary, unreachable};
+use crate::service::error::{is_temporary, unreachable};
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -63,8 +63,13 @@ impl Backend for Local<'_> {
         let Record { width, height, .. } = job.record().clone();
         let Rendering { name, tiles, .. } = rendering;
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let file = Tiles::open(&self.files.tiles(name), name, [width, height], region, found);
-        self.tiles = Some(file.map_err(|error| disk(&error))?);
+        let mut kept = Vec::new();
+        let file = until_possible(job, || {
+            kept.clear();
+            Tiles::open(&self.files.tiles(name), name, [width, height], region, &mut |tile| kept.push(tile))
+        });
+        self.tiles = Some(file.map_err(|error| job.why_stopped_or(disk(&error)))?);
+        kept.into_iter().for_each(found);
         Ok(())
     }
 
@@ -90,8 +95,7 @@ impl Backend for Local<'_> {
                 Ok(())
             });
             drop(done);
-            let kept = writer.join().unwrap_or(Err(Cancelled));
-            rendered?.and(kept)
+            writer.join().map_err(|_| Cancelled).and(rendered?)
         });
         rendered.map_err(|Cancelled| job.why_stopped())
     }
@@ -101,32 +105,19 @@ impl Backend for Local<'_> {
     }
 }
 
-fn persist(
-    job: &Job,
-    mut file: Tiles,
-    done: &Receiver<Tile>,
-    finished: &(dyn Fn(&Tile) + Sync),
-) -> Result<(), Cancelled> {
+fn persist(job: &Job, mut file: Tiles, done: &Receiver<Tile>, finished: &(dyn Fn(&Tile) + Sync)) {
     let mut keeps = true;
     while let Ok(tile) = done.recv() {
         let kept = if keeps { file.add(&tile) } else { Ok(()) };
-        let kept = kept.or_else(|error| {
-            if !is_full(&error) {
-                return Err(error);
-            }
+        if let Err(error) = kept {
             // The tiles are in the picture all the same, which needs the room more. After a crash they are rendered again.
             tracing::warn!(job = job.record().id, %error, "finished tiles are not kept");
             keeps = false;
-            file.clear()
-        });
-        if let Err(error) = kept {
-            tracing::error!(%error, "a finished tile cannot be kept");
-            job.stop(disk(&error));
-            return Err(Cancelled);
+            // What is left of them is of this job, and each says whether it is whole.
+            let _ = file.clear();
         }
         finished(&tile);
     }
-    Ok(())
 }
 
 /// The nodes of the farm and the broker.

@@ -62,6 +62,11 @@ impl Files {
         self.scenes.is_there() && self.pictures.is_there() && self.tiles.is_dir()
     }
 
+    /// Whether anything can be put into the folders now.
+    pub(super) fn are_writable(&self) -> bool {
+        self.scenes.is_writable() && self.pictures.is_writable() && disk::takes_files(&self.tiles)
+    }
+
     /// Whether there is any.
     pub(super) fn is_empty(&self) -> bool {
         self.bytes() == 0 && self.all_tiles().is_empty()

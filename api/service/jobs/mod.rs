@@ -99,6 +99,8 @@ pub(crate) struct Jobs {
     canceled: AtomicU64,
     /// Whether somebody has removed the folders of files.
     folders_are_gone: AtomicBool,
+    /// Whether a file of a job could not be written lately.
+    files_fail: AtomicBool,
     /// The run time that was last written down for its own sake.
     time_kept: AtomicU64,
 }
@@ -136,6 +138,7 @@ impl Jobs {
             open: watch::Sender::new(0),
             canceled: AtomicU64::new(0),
             folders_are_gone: AtomicBool::new(false),
+            files_fail: AtomicBool::new(false),
             time_kept: AtomicU64::new(0),
         }
     }

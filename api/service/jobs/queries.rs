@@ -129,7 +129,8 @@ impl Jobs {
 
     /// Whether the disk does not take the records or files of jobs. It is tried again each second.
     pub(crate) fn is_unwritable(&self) -> bool {
-        self.records.is_failing() || self.folders_are_gone.load(Ordering::Relaxed)
+        let files = [&self.folders_are_gone, &self.files_fail];
+        self.records.is_failing() || files.into_iter().any(|fails| fails.load(Ordering::Relaxed))
     }
 
     /// Numbers of waiting jobs and of jobs that are worked on.

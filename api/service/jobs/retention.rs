@@ -36,6 +36,9 @@ impl Jobs {
                 tracing::error!(%error, "how long the service has run cannot be written down");
             }
         }
+        if self.files_fail.load(Ordering::Relaxed) && self.files.are_writable() {
+            self.files_fail.store(false, Ordering::Relaxed);
+        }
         let are_gone = !self.files.are_there();
         let were_gone = self.folders_are_gone.swap(are_gone, Ordering::Relaxed);
         if are_gone && !were_gone {

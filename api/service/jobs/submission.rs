@@ -9,7 +9,7 @@ use super::record::{Idempotency, Record, State, Stats, sha256};
 use super::registry::{Registry, Unfinished, estimate, memory_of, remaining};
 use super::retention::disk_of;
 use super::run::REMOTE_EDGE;
-use crate::service::error::Error;
+use crate::service::error::{Error, is_temporary};
 use crate::service::pictures::file::PictureFile;
 use crate::service::storage::revisions::Refused;
 use std::io;
@@ -176,7 +176,10 @@ impl Jobs {
                 detail: "another front has accepted a job with this Idempotency-Key meanwhile; send it again".into(),
                 retry_after: 1,
             },
-            Refused::Failed(error) => Error::io("the job cannot be kept", &error),
+            Refused::Failed(error) => {
+                self.files_fail.store(is_temporary(&error), Ordering::Relaxed);
+                Error::io("the job cannot be kept", &error)
+            }
         })?;
         // Other fronts may have accepted jobs at the same moment: the broker's order decides which are too many.
         if let (Some(before), None) = (before, made)

@@ -7,7 +7,7 @@ use super::outbox::DeliveryState;
 use super::record::{Failure, Record, State, now};
 use super::{CRASHES, Jobs};
 use crate::service::clock::milliseconds;
-use crate::service::error::is_full;
+use crate::service::error::is_temporary;
 use crate::service::storage::revisions::Refused;
 use std::io;
 use std::sync::Arc;
@@ -110,7 +110,7 @@ impl Jobs {
         };
         let is_mine = loop {
             match self.change(job, change) {
-                Err(error) if (front.is_some() || is_full(&error)) && !job.control().is_cancelled() => {
+                Err(error) if (front.is_some() || is_temporary(&error)) && !job.control().is_cancelled() => {
                     tracing::error!(job = job.record().id, %error, "a record cannot be written");
                     thread::sleep(BETWEEN_WRITES);
                 }
@@ -202,7 +202,7 @@ impl Jobs {
             };
             tracing::error!(job = job.record().id, %error, "a record cannot be written");
             is_doubtful = true;
-            if self.records.front().is_none() && !is_full(&error) {
+            if self.records.front().is_none() && !is_temporary(&error) {
                 // It has ended all the same, until the service is started again.
                 let (mut record, revision) = job.stored();
                 change(&mut record);

@@ -83,7 +83,7 @@ impl SceneStore {
     pub(crate) fn get(&self, id: &str) -> Option<Arc<[u8]>> {
         match self {
             Self::Memory(texts) => texts.get(id),
-            Self::Folder(blobs) => blobs.get(id).map(|blob| blob.body.into()),
+            Self::Folder(blobs) => blobs.get(id).ok().flatten().map(|blob| blob.body.into()),
         }
     }
 

@@ -78,8 +78,8 @@ impl BlobStore {
         Ok(blobs)
     }
 
-    /// What is kept by a name, if it is there and whole.
-    pub(crate) fn get(&self, name: &str) -> Option<Blob> {
+    /// What is kept by a name, if it is there and whole. It fails if that cannot be known now.
+    pub(crate) fn get(&self, name: &str) -> io::Result<Option<Blob>> {
         self.read_with(name, |file, prefix, head| {
             let mut body = Vec::new();
             file.read_to_end(&mut body)?;
@@ -89,7 +89,7 @@ impl BlobStore {
     }
 
     /// The head alone.
-    pub(crate) fn head(&self, name: &str) -> Option<Vec<u8>> {
+    pub(crate) fn head(&self, name: &str) -> io::Result<Option<Vec<u8>>> {
         self.read_with(name, |_, _, head| Ok(Some(head)))
     }
 
@@ -97,8 +97,8 @@ impl BlobStore {
         &self,
         name: &str,
         read: impl FnOnce(&mut File, Prefix, Vec<u8>) -> io::Result<Option<T>>,
-    ) -> Option<T> {
-        let written = self.index.get(name)?;
+    ) -> io::Result<Option<T>> {
+        let Some(written) = self.index.get(name) else { return Ok(None) };
         let found = File::open(self.folder.join(name)).and_then(|mut file| {
             if self.budget < u64::MAX {
                 // So that the order survives a restart; without it only that is lost.
@@ -113,17 +113,30 @@ impl BlobStore {
             read(&mut file, prefix, head)
         });
         match found {
-            Ok(Some(found)) => return Some(found),
-            Err(error) if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::UnexpectedEof) => {
+            Ok(Some(found)) => return Ok(Some(found)),
+            Err(error) if !self.is_gone(&error) => {
                 // It may be whole, and be read another time.
                 tracing::warn!(name, %error, "a kept file cannot be read");
-                return None;
+                return Err(error);
             }
             _ => {}
         }
         tracing::warn!(name, "a kept file is damaged or gone");
         self.remove(name);
-        None
+        Ok(None)
+    }
+
+    /// Whether a file that cannot be read is not there, or not all of it. If the whole folder is not there, it may come back.
+    fn is_gone(&self, error: &io::Error) -> bool {
+        match error.kind() {
+            io::ErrorKind::NotFound => self.folder.is_dir(),
+            kind => kind == io::ErrorKind::UnexpectedEof,
+        }
+    }
+
+    /// Whether anything can be put there now.
+    pub(crate) fn is_writable(&self) -> bool {
+        disk::takes_files(&self.folder)
     }
 
     /// Where they are.
@@ -155,7 +168,7 @@ impl BlobStore {
                 Some((digest, contents)) if Sha256::digest(contents)[..] == *digest && is_named(&name, contents) => {
                     self.put(&name, b"", contents)?;
                 }
-                _ => drop(self.get(&name)),
+                _ => drop(self.get(&name)?),
             }
         }
         Ok(())
@@ -258,7 +271,7 @@ mod tests {
 
     /// What is there under a name.
     fn body(blobs: &BlobStore, name: &str) -> Option<Vec<u8>> {
-        blobs.get(name).map(|blob| blob.body)
+        blobs.get(name).unwrap().map(|blob| blob.body)
     }
 
     #[test]
@@ -271,12 +284,15 @@ mod tests {
         drop(blobs);
 
         let blobs = open(folder.path(), 1_000);
-        let blob = blobs.get("a.png").unwrap();
+        let blob = blobs.get("a.png").unwrap().unwrap();
         assert_eq!((&blob.head[..], &blob.body[..]), (&b"about"[..], &b"picture"[..]));
-        assert_eq!((&blob.digest[..], blobs.head("a.png")), (&Sha256::digest(b"picture")[..], Some(b"about".to_vec())));
+        assert_eq!(
+            (&blob.digest[..], blobs.head("a.png").unwrap()),
+            (&Sha256::digest(b"picture")[..], Some(b"about".to_vec()))
+        );
         assert_eq!((blobs.names(), blobs.bytes()), (vec!["a.png".to_owned()], PREFIX as u64 + 12));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "only what was half-written is gone");
-        assert!(blobs.remove("a.png") && blobs.get("a.png").is_none());
+        assert!(blobs.remove("a.png") && blobs.get("a.png").unwrap().is_none());
     }
 
     #[test]
@@ -294,13 +310,13 @@ mod tests {
         let cut = (0..whole.len()).map(|length| whole[..length].to_vec());
         for spoilt in flipped.chain(cut).chain([[&whole[..], b"more"].concat()]) {
             fs::write(&path, spoilt).unwrap();
-            assert_eq!(blobs.get("a"), None);
+            assert_eq!(blobs.get("a").unwrap(), None);
             assert!(!path.exists() && !blobs.has("a"), "it is as good as not there");
             blobs.put("a", b"head", b"body").unwrap();
         }
         blobs.put("b", b"head", b"other").unwrap();
         fs::rename(folder.path().join("b"), &path).unwrap();
-        assert_eq!(blobs.head("a"), None, "whole, but of another name");
+        assert_eq!(blobs.head("a").unwrap(), None, "whole, but of another name");
     }
 
     #[test]
@@ -311,7 +327,7 @@ mod tests {
         let path = folder.path().join("a");
         // 8 GiB that take no room.
         File::options().write(true).open(&path).unwrap().set_len(8 << 30).unwrap();
-        assert!(blobs.get("a").is_none() && !path.exists());
+        assert!(blobs.get("a").unwrap().is_none() && !path.exists());
     }
 
     #[test]
@@ -321,7 +337,7 @@ mod tests {
         for name in ["a", "b"] {
             blobs.put(name, b"", &[0; 8]).unwrap();
         }
-        assert!(blobs.get("a").is_some());
+        assert!(blobs.get("a").unwrap().is_some());
         blobs.put("c", b"", &[0; 8]).unwrap();
         blobs.put("large", b"", &[0; 300]).unwrap();
         assert_eq!(["a", "b", "c"].map(|name| body(&blobs, name).is_some()), [true, false, true]);
@@ -332,5 +348,23 @@ mod tests {
     fn nothing_is_kept_under_a_name_of_another_pattern() {
         let folder = tempfile::tempdir().unwrap();
         assert!(open(folder.path(), 1_000).put("A", b"", b"").is_err());
+    }
+
+    /// As an unmounted volume does.
+    #[test]
+    fn a_folder_that_comes_back_has_what_was_in_it() {
+        let root = tempfile::tempdir().unwrap();
+        let [path, away] = ["here", "away"].map(|name| root.path().join(name));
+        let blobs = open(&path, u64::MAX);
+        blobs.put("a", b"", b"kept").unwrap();
+        assert!(blobs.is_writable());
+        fs::rename(&path, &away).unwrap();
+        assert!(blobs.get("a").is_err() && blobs.head("a").is_err() && !blobs.is_writable());
+        assert!(blobs.put("b", b"", b"new").is_err());
+        fs::rename(&away, &path).unwrap();
+        assert_eq!(body(&blobs, "a").as_deref(), Some(&b"kept"[..]));
+        assert!(blobs.is_writable() && fs::read_dir(&path).unwrap().count() == 1);
+        fs::remove_file(path.join("a")).unwrap();
+        assert_eq!(blobs.get("a").unwrap(), None);
     }
 }

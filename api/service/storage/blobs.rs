@@ -30,6 +30,11 @@ pub(crate) trait Blobs: fmt::Debug + Send + Sync {
         true
     }
 
+    /// Whether anything can be kept there now, as far as that is known without trying.
+    fn is_writable(&self) -> bool {
+        true
+    }
+
     /// Another process has kept bytes under a name.
     fn learn(&self, _name: &str, _bytes: u64) {}
 
@@ -49,11 +54,11 @@ pub(crate) trait Blobs: fmt::Debug + Send + Sync {
 
 impl Blobs for BlobStore {
     fn get(&self, name: &str) -> io::Result<Option<Blob>> {
-        Ok(self.get(name))
+        self.get(name)
     }
 
     fn head(&self, name: &str) -> io::Result<Option<Vec<u8>>> {
-        Ok(self.head(name))
+        self.head(name)
     }
 
     fn put(&self, name: &str, head: &[u8], body: &[u8]) -> io::Result<()> {
@@ -74,6 +79,10 @@ impl Blobs for BlobStore {
 
     fn is_there(&self) -> bool {
         self.folder().is_dir()
+    }
+
+    fn is_writable(&self) -> bool {
+        self.is_writable()
     }
 
     fn own_names(&self) -> Vec<String> {

@@ -52,6 +52,13 @@ pub(crate) fn write(path: &Path, parts: &[&[u8]], durable: bool) -> io::Result<(
     if durable { sync_parent(path) } else { Ok(()) }
 }
 
+/// Whether a folder takes files now: one is put there, and removed.
+pub(crate) fn takes_files(folder: &Path) -> bool {
+    let probe = folder.join(format!("{}{UNFINISHED}", Uuid::now_v7().simple()));
+    let written = DiskFile::create(&probe).and_then(|mut file| file.append(b"probe"));
+    written.and(remove(&probe)).is_ok()
+}
+
 /// Gives a file another name in the same folder.
 pub(crate) fn rename(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)?;
@@ -215,7 +222,7 @@ fn note(change: impl FnOnce() -> Change) {
 #[cfg(not(test))]
 fn note(_: impl FnOnce() -> Change) {}
 
-/// Whether a test lets the disk be full.
+/// Whether a test lets the disk take nothing.
 #[cfg(test)]
 fn room(path: &Path) -> io::Result<()> {
     super::journal::room(path)

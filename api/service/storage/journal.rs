@@ -36,22 +36,21 @@ pub(super) fn note(change: Change) {
     }
 }
 
-/// Folders whose disk is full.
-static FULL: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Folders whose disk takes nothing, and what it says.
+static FAULTS: Mutex<Vec<(PathBuf, io::ErrorKind)>> = Mutex::new(Vec::new());
 
-/// Lets the disk of a folder be full, or have room again.
-pub(crate) fn set_full(folder: &Path, is_full: bool) {
-    let mut full = FULL.lock().unwrap();
-    full.retain(|of| of != folder);
-    if is_full {
-        full.push(folder.to_owned());
-    }
+/// Lets the disk of a folder take nothing, or all again.
+pub(crate) fn set_fault(folder: &Path, fault: Option<io::ErrorKind>) {
+    let mut faults = FAULTS.lock().unwrap();
+    faults.retain(|(of, _)| of != folder);
+    faults.extend(fault.map(|fault| (folder.to_owned(), fault)));
 }
 
-/// An error if the disk of a file is full.
+/// An error if the disk of a file takes nothing.
 pub(super) fn room(path: &Path) -> io::Result<()> {
-    let is_full = FULL.lock().unwrap().iter().any(|of| path.starts_with(of));
-    if is_full { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+    let faults = FAULTS.lock().unwrap();
+    let fault = faults.iter().find(|(of, _)| path.starts_with(of)).map(|(_, fault)| *fault);
+    fault.map_or(Ok(()), |fault| Err(fault.into()))
 }
 
 impl Change {

@@ -1,4 +1,5 @@
 import { Backoff, Connection, json, pause, withList } from "./connection.js";
+import { Assets } from "./assets.js";
 import { Jobs, checkLayers, checked, textOf, typeOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
 import { passes } from "./parts.js";
@@ -37,6 +38,7 @@ export class Client {
     // Browsers want `fetch` to be called on nothing else than the window.
     this.#connection = new Connection(url, { key, timeout, retries, fetch: (...given) => own(...given) });
     this.jobs = new Jobs(this.#connection);
+    this.assets = new Assets(this.#connection);
   }
 
   /**
@@ -47,6 +49,26 @@ export class Client {
    */
   render(scene, options = {}, given) {
     return this.#about("/v1/render", scene, options, given, pictureOf);
+  }
+
+  /**
+   * Pictures from all around a scene or a model, as an animation, or on a sheet of columns and rows. A GIF has 256 colors a frame, and
+   * the warnings say how far they are off.
+   * @param {Scene} scene
+   * @param {Settings & { count?: number, format?: "png" | "webp" | "gif", sheet?: readonly [columns: number, rows: number] }} [options]
+   * @param {Given} [given]
+   * @returns {Promise<import("./picture.js").Picture>}
+   */
+  async turntable(scene, { count = 36, format = "png", sheet, ...settings } = {}, given = {}) {
+    const shown = sheet ? { sheet: sheet.join("x") } : { format };
+    const { body, headers, query } = await this.#asked(scene, { turntable: count, ...shown, ...settings });
+    for (;;) {
+      const read = async (/** @type {Response} */ response) => (response.status === 202 ? undefined : pictureOf(response));
+      const picture = await this.#connection.ask("/v1/render", { method: "POST", query, headers, body, patience: 60, ...given }, read);
+      if (picture) return picture;
+      // It goes on as a job, which the same request finds again.
+      await pause(1, given.signal);
+    }
   }
 
   /**

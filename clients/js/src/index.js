@@ -3,6 +3,7 @@
  * @module
  */
 
+export { Assets } from "./assets.js";
 export { Client } from "./client.js";
 export { Job, Jobs } from "./jobs.js";
 export { Picture } from "./picture.js";

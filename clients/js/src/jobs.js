@@ -39,16 +39,17 @@ export class Jobs {
    * request that was lost is sent again and is still one job.
    * @param {import("./client.js").Scene} scene
    * @param {import("./client.js").Settings & import("./client.js").Output & { priority?: number, labels?: string[],
-   *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its
-   *   end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or true for one of its own
+   *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number, frames?: Schemas["Sequence"] }} [options] `wait`:
+   *   seconds to wait for its end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or
+   *   true for one of its own; `frames` makes a sequence of it, such as `{ count: 36, turntable: {} }`
    * @param {import("./client.js").Given} [given]
    */
   async submit(scene, options = {}, { signal } = {}) {
     checkLayers("a job", options);
-    const { priority, labels, webhook, store, idempotencyKey = crypto.randomUUID(), wait, format, bits, quality, ...settings } = options;
+    const { priority, labels, webhook, store, idempotencyKey = crypto.randomUUID(), wait, frames, format, bits, quality, ...settings } = options;
     const output = { format, bits: bits === undefined ? undefined : String(bits), quality };
     const after = { webhook: webhook && { url: webhook }, store: store && (store === true ? {} : { key: store }) };
-    const about = JSON.stringify({ settings, output, priority, labels, ...after });
+    const about = JSON.stringify({ settings, output, priority, labels, frames, ...after });
     // The scene's text goes in as it is.
     const body = `{"scene":${await textOf(scene)},${about.slice(1)}`;
     const headers = {
@@ -229,6 +230,40 @@ export class Job {
       throw new Problem(problem.status, problem);
     }
     return this.#connection.ask(`${this.#path}/image`, { signal }, pictureOf);
+  }
+
+  /**
+   * The finished frames of a sequence, with what each cost and how far it may be off.
+   * @param {import("./client.js").Given} [given]
+   * @returns {Promise<Schemas["FrameList"]>}
+   */
+  frames({ signal } = {}) {
+    return this.#connection.ask(`${this.#path}/frames`, { signal }, withList("frames"));
+  }
+
+  /**
+   * A frame of a sequence, from 0, as soon as it is finished.
+   * @param {number} number
+   * @param {import("./client.js").Given} [given]
+   */
+  frame(number, { signal } = {}) {
+    return this.#connection.ask(`${this.#path}/frames/${Math.trunc(number)}`, { patience: 30, signal }, pictureOf);
+  }
+
+  /**
+   * All frames of a sequence that has succeeded.
+   * @param {{ format?: "png" | "webp" | "gif" } & import("./client.js").Given} [options]
+   */
+  animation({ format = "png", signal } = {}) {
+    return this.#connection.ask(`${this.#path}/animation`, { query: { format }, patience: 30, signal }, pictureOf);
+  }
+
+  /**
+   * The finished frames of a sequence, small and side by side.
+   * @param {{ columns?: number } & import("./client.js").Given} [options]
+   */
+  sheet({ columns, signal } = {}) {
+    return this.#connection.ask(`${this.#path}/sheet`, { query: { columns }, patience: 30, signal }, pictureOf);
   }
 
   /**

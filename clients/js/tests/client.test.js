@@ -44,6 +44,31 @@ test("linear light, tiles and NFF", async () => {
   }
 });
 
+test("turntables, sequences and assets", async () => {
+  const size = { width: 24, height: 16 };
+  const around = await client.turntable(SCENE, { count: 3, format: "gif", ...size });
+  assert.deepEqual([around.mediaType, new TextDecoder().decode(around.bytes.subarray(0, 6))], ["image/gif", "GIF89a"]);
+  assert.equal((await client.turntable(SCENE, { count: 4, sheet: [4, 1], ...size })).mediaType, "image/png");
+  const job = await client.jobs.submit(SCENE, { frames: { count: 2, turntable: {} }, ...size });
+  assert.equal((await job.wait()).mediaType, "image/apng");
+  assert.deepEqual((await job.frames()).frames.map(({ number }) => number), [0, 1]);
+  assert.equal((await job.frame(1)).mediaType, "image/png");
+  for (const [format, type] of [["png", "image/apng"], ["webp", "image/webp"], ["gif", "image/gif"]]) {
+    assert.equal((await job.animation({ format })).mediaType, type);
+  }
+  assert.equal((await job.sheet({ columns: 1 })).mediaType, "image/png");
+  await assert.rejects(job.frame(2), problem("not-found"));
+
+  const model = new TextEncoder().encode("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const name = await client.assets.add(model);
+  assert.equal(await client.assets.add(new Blob([model])), name);
+  assert.deepEqual(await client.assets.missing([name, "0".repeat(64)]), ["0".repeat(64)]);
+  const placed = { ...SCENE, objects: [...SCENE.objects, { model: { asset: name } }] };
+  assert.notDeepEqual((await client.render(placed)).bytes, (await client.render(SCENE)).bytes);
+  await client.assets.delete(name);
+  assert.equal((await client.assets.missing([name])).length, 1);
+});
+
 test("questions about a scene", async () => {
   assert.deepEqual(await client.validate(SCENE), []);
   assert((await client.analyze(SCENE)).actual.rays.camera > 0 && (await client.explain(SCENE)).effects.length);

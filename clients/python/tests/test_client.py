@@ -70,6 +70,33 @@ def test_scenes_come_as_text_bytes_and_files(client, tmp_path):
         client.render({**SCENE, "background": [float("nan")] * 3})
 
 
+def test_turntables_sequences_and_assets(client, tmp_path):
+    size = {"width": 24, "height": 16}
+    around = client.turntable(SCENE, 3, format="gif", **size)
+    assert (around.media_type, around.content[:6]) == ("image/gif", b"GIF89a")
+    assert client.turntable(SCENE, 4, sheet=(4, 1), **size).numpy().shape[:2] == (16, 96)
+    job = client.jobs.submit(SCENE, frames={"count": 2, "turntable": {}}, **size)
+    assert job.wait().media_type == "image/apng"
+    assert [frame["number"] for frame in job.frames()["frames"]] == [0, 1]
+    assert job.frame(1).numpy().shape == (16, 24, 3)
+    assert [job.animation(format).media_type for format in ("png", "webp", "gif")] == ["image/apng", "image/webp", "image/gif"]
+    assert job.sheet(columns=1).numpy().shape[:2] == (32, 24)
+    with pytest.raises(strahl.NotFound):
+        job.frame(2)
+
+    model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "tetrahedron.obj").write_bytes(model)
+    name = client.assets.add(tmp_path / "tetrahedron.obj")
+    assert name == client.assets.add(model) and name.startswith("sha256:")
+    assert client.assets.missing([name, "0" * 64]) == ["0" * 64]
+    placed = {**SCENE, "objects": [*SCENE["objects"], {"model": {"asset": name}}]}
+    assert client.render(placed).content != client.render(SCENE).content
+    client.assets.delete(name)
+    assert client.assets.missing([name]) == [name.removeprefix("sha256:")]
+    with pytest.raises(strahl.InvalidScene):
+        client.render(placed)
+
+
 def test_questions_about_a_scene(client):
     assert client.validate(SCENE) == []
     plan = client.analyze(SCENE)
@@ -221,7 +248,8 @@ def test_the_readme_does_what_it_says(service, tmp_path, monkeypatch, capsys):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "clients/python/README.md").read_text(), re.DOTALL)
     assert len(blocks) >= 6
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    for folder in ("scenes", "tests"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
     known = {}
     for block in blocks:
         exec(compile(block.replace("http://127.0.0.1:8080", service.url), "README.md", "exec"), known)

@@ -8,8 +8,8 @@ use crate::math::srgb_to_linear;
 use gif::{Encoder, Frame, Repeat};
 use rayon::prelude::*;
 
-/// One of so many pixels teaches NeuQuant its colors. With all of them it takes ten times as long, for 0.1 codes less.
-const SAMPLED: i32 = 10;
+/// About so many pixels of a picture teach NeuQuant its colors, which takes most of the time.
+const TAUGHT: usize = 1 << 16;
 
 /// A frame, and how far its colors are from those of its file.
 struct Indexed {
@@ -61,7 +61,8 @@ fn index(file: &[u8]) -> Option<Indexed> {
     let (width, height) = (u16::try_from(picture.width()).ok()?, u16::try_from(picture.height()).ok()?);
     let mut codes = picture.into_rgba8().into_raw();
     codes.as_chunks_mut::<4>().0.iter_mut().for_each(over_white);
-    let mut frame = Frame::from_rgba_speed(width, height, &mut codes, SAMPLED);
+    let one_of = (codes.len() / 4 / TAUGHT).clamp(1, 30) as i32;
+    let mut frame = Frame::from_rgba_speed(width, height, &mut codes, one_of);
     let palette = frame.palette.as_deref().unwrap_or_default().as_chunks::<3>().0;
     let (mut largest, mut all) = (0, 0);
     for (index, [red, green, blue, _]) in frame.buffer.iter().zip(codes.as_chunks::<4>().0) {
@@ -93,7 +94,7 @@ mod tests {
     use super::super::{AnimationFormat, Timing};
     use crate::film::encode::test_film;
     use crate::film::srgb::code8;
-    use crate::film::{FileFormat, Region, encode};
+    use crate::film::{FileFormat, Film, Region, encode};
     use gif::{ColorOutput, DecodeOptions, Repeat};
 
     /// The pictures of a GIF, three codes for each pixel, their lengths in hundredths of a second, and its repetitions.
@@ -146,7 +147,16 @@ mod tests {
     /// As a JPEG of it does, but for the roundings of alpha.
     #[test]
     fn transparent_frames_of_a_gif_lie_over_white() {
-        let films = films(true);
+        let premultiplied = |film: Film| Film {
+            pixels: film
+                .pixels
+                .iter()
+                .zip(&film.alpha)
+                .map(|(pixel, alpha)| pixel.map(|c| c.min(1.0) * alpha))
+                .collect(),
+            ..film
+        };
+        let films: Vec<Film> = films(true).into_iter().map(premultiplied).collect();
         let files: Vec<_> = films.iter().map(|film| encode(film, FileFormat::Png8)).collect();
         let made = AnimationFormat::Gif.join(&files, Timing { rate: 1.0, loops: 0 }).unwrap();
         let (pictures, _, repeat) = read_gif(&made.file);

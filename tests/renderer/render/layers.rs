@@ -231,7 +231,7 @@ fn a_share_counts_mirrors_and_glass_by_their_weight() {
 fn what_is_partly_there_counts_as_much_as_is_there() {
     // Two veils one behind the other cover the picture, in front of a wall.
     let sheet = |z: f64, material: &str| json!({ "triangle": { "vertices": [[-50, -50, z], [50, -50, z], [0, 90, z]], "material": material } });
-    let veil = |alpha: f64| json!({ "pbr": { "base_color": 0.5, "opacity": { "alpha": alpha } } });
+    let veil = |alpha: f64| json!({ "pbr": { "base_color": 0.5, "metallic": 0, "opacity": { "alpha": alpha } } });
     let hole = json!({ "pbr": { "base_color": 1, "opacity": { "alpha": 0.3, "mode": "mask" } } });
     let materials = json!({
         "thin": veil(0.25), "thick": veil(0.75), "hole": hole, "wall": { "diffuse": 1 },

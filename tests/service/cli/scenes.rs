@@ -75,6 +75,7 @@ fn no_result_replaces_a_file_of_the_scene() {
     std::fs::write(folder.join("box.obj"), model).unwrap();
     std::fs::write(folder.join("box.mtl"), "newmtl wood\nmap_Kd box.png\n").unwrap();
     done(&folder, &["render", "ball.json", "-o", "box.png", "--width", "8", "--height", "8"], "");
+    let _ = std::fs::remove_file(folder.join("linked.png"));
     std::fs::hard_link(folder.join("box.png"), folder.join("linked.png")).unwrap();
     std::fs::copy(folder.join("box.png"), folder.join("0.png")).unwrap();
     let patch = r#"{ "materials": { "m": { "diffuse": { "image": { "source": "0.png" } } } } }"#;

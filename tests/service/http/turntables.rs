@@ -93,8 +93,13 @@ fn a_model_is_seen_from_all_around() {
 
     let webp = of_model(&service, "turntable=3&width=24&height=24&format=webp", &cube);
     assert_eq!((webp.status, webp.header("content-type")), (200, "image/webp"));
-    let gif = of_model(&service, "turntable=3&width=24&height=24&format=gif", &cube);
+    let gif = of_model(&service, "turntable=3&width=64&height=64&view=front&format=gif", &cube);
     assert_eq!((gif.status, gif.header("content-type")), (200, "image/gif"));
+    let warnings = gif.header("render-warnings");
+    assert!(
+        warnings.contains("GIF has 256 colors a picture: up to ") && warnings.contains(" in the mean"),
+        "{warnings}"
+    );
     let sheet = of_model(&service, "turntable=4&width=24&height=24&sheet=2x2", &cube);
     assert_eq!((sheet.status, sheet.header("content-type")), (200, "image/png"));
     let [width, height] = [sheet.picture().width(), sheet.picture().height()];

@@ -1,7 +1,7 @@
 """Client of strahl, a render service: a JSON scene in, a ray-traced picture and what it cost out."""
 
-from .aio import AsyncClient, AsyncJob, AsyncJobs
-from .client import Client, Job, Jobs
+from .aio import AsyncAssets, AsyncClient, AsyncJob, AsyncJobs
+from .client import Assets, Client, Job, Jobs
 from .events import Event, Progress
 from .parts import Pass
 from .picture import Error, Picture
@@ -27,7 +27,7 @@ from .problems import (
 )
 
 __all__ = [
-    "AsyncClient", "AsyncJob", "AsyncJobs", "Busy", "Client", "Conflict", "Damaged", "Error", "Event", "Forbidden", "Gone",
-    "InvalidArgument", "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Pass", "Picture",
+    "Assets", "AsyncAssets", "AsyncClient", "AsyncJob", "AsyncJobs", "Busy", "Client", "Conflict", "Damaged", "Error", "Event", "Forbidden",
+    "Gone", "InvalidArgument", "InvalidRequest", "InvalidScene", "Job", "JobFailed", "Jobs", "Mistake", "NotFound", "Pass", "Picture",
     "Problem", "Progress", "RateLimited", "StrahlError", "TooLarge", "TooSlow", "Unauthorized", "Unreachable",
 ]

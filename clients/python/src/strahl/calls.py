@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import uuid
@@ -21,6 +22,8 @@ T = TypeVar("T")
 #: A scene: a `dict`, its JSON text, or a file of JSON or NFF, plain or gzip.
 SceneLike: TypeAlias = "Mapping[str, Any] | str | bytes | Path"
 Format: TypeAlias = Literal["png", "jpg", "webp", "exr", "pfm"]
+#: Of animations. `gif` has 256 colors a frame, and the warnings of its picture say how far they are off.
+Animation: TypeAlias = Literal["png", "webp", "gif"]
 # Longest limit of a connection that sockets take, in seconds: three weeks, which no request lasts.
 _LONGEST = 2_000_000.0
 
@@ -156,6 +159,10 @@ def _picture(response: httpx.Response) -> Picture:
     return picture_of(response.content, response.headers)
 
 
+def _picture_or_job(response: httpx.Response) -> Picture | None:
+    return None if response.status_code == 202 else _picture(response)
+
+
 def _nothing(_: httpx.Response) -> None:
     return None
 
@@ -229,6 +236,12 @@ def without_layers(what: str, options: Mapping[str, Any]) -> None:
     """Refuses what the types have not, before a scene is sent for nothing."""
     if options.get("layers") is not None:
         raise InvalidArgument(f"{what} has no layers: `render` and `tile` have them")
+
+
+def turntable(scene: SceneLike, count: int, format: Animation, sheet: tuple[int, int] | None,
+              settings: Mapping[str, Any]) -> Call[Picture | None]:
+    shown = {"format": format} if sheet is None else {"sheet": f"{sheet[0]}x{sheet[1]}"}
+    return about_scene("/v1/render", scene, _picture_or_job, {"turntable": count, **shown, **settings}, "*/*", patience=60)
 
 
 def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) -> Call[Picture]:
@@ -317,7 +330,8 @@ def capability(job_id: str | None, image_id: str | None, scene_id: str | None, t
 
 
 def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, labels: Sequence[str],
-           webhook: str | None, store: str | bool, idempotency_key: str | None, wait: int | None) -> Call[contract.JobView]:
+           webhook: str | None, store: str | bool, idempotency_key: str | None, wait: int | None,
+           frames: contract.Sequence | None) -> Call[contract.JobView]:
     without_layers("a job", options)
     if isinstance(labels, str):
         raise InvalidArgument(f"labels are a list, such as [{labels!r}]: a text is a list of its letters")
@@ -325,6 +339,7 @@ def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, l
               if name in Output.__annotations__ and value is not None}
     settings = {name: value for name, value in options.items() if name not in Output.__annotations__ and value is not None}
     about = {"settings": settings, "output": output, "labels": list(labels), **({} if priority is None else {"priority": priority})}
+    about |= {} if frames is None else {"frames": frames}
     about |= {} if webhook is None else {"webhook": {"url": webhook}}
     about |= {} if store is False else {"store": {} if store is True else {"key": store}}
     # The scene's text goes in as it is, so that lines of mistakes are its own where it stands alone.
@@ -363,6 +378,33 @@ def prioritize(job_id: str, priority: int, etag: str | None) -> Call[contract.Jo
 
 def job_picture(job_id: str, part: str, query: Mapping[str, Any] | None = None) -> Call[Picture]:
     return Call("GET", f"/v1/jobs/{_id(job_id)}/{part}", _picture, query_of(query or {}), patience=30)
+
+
+def job_frames(job_id: str) -> Call[contract.FrameList]:
+    return Call("GET", f"/v1/jobs/{_id(job_id)}/frames", lambda response: cast(contract.FrameList, _with_list(response, "frames")))
+
+
+def send_asset(content: bytes) -> Call[contract.SentAsset]:
+    digits = hashlib.sha256(content).hexdigest()
+    headers = {"Content-Type": "application/octet-stream"}
+    return Call("PUT", f"/v1/assets/{digits}", _read(contract.SentAsset), headers=headers, body=content)
+
+
+def missing_assets(names: Iterable[str]) -> Call[list[str]]:
+    body = _json_text({"sha256": list(names)})
+    return Call("POST", "/v1/assets/missing", _list("missing", str), headers={"Content-Type": "application/json"}, body=body)
+
+
+def delete_asset(name: str) -> Call[None]:
+    return Call("DELETE", f"/v1/assets/{_id(name.removeprefix('sha256:'))}", _nothing, repeatable=False)
+
+
+def asset_bytes(content: bytes | Path) -> bytes:
+    return content.read_bytes() if isinstance(content, Path) else bytes(memoryview(content))
+
+
+def asset_name(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
 
 
 def _json_scene(scene: SceneLike) -> bytes:
