@@ -28,6 +28,7 @@ export class Client {
         fetch?: typeof fetch;
     });
     jobs: Jobs;
+    assets: Assets;
     /**
      * The picture of a scene.
      * @param {Scene} scene
@@ -35,6 +36,19 @@ export class Client {
      * @param {Given} [given]
      */
     render(scene: Scene, options?: Settings & Output & Layers, given?: Given): Promise<import("./picture.js").Picture>;
+    /**
+     * Pictures from all around a scene or a model, as an animation, or on a sheet of columns and rows. A GIF has 256 colors a frame, and
+     * the warnings say how far they are off.
+     * @param {Scene} scene
+     * @param {Settings & { count?: number, format?: "png" | "webp" | "gif", sheet?: readonly [columns: number, rows: number] }} [options]
+     * @param {Given} [given]
+     * @returns {Promise<import("./picture.js").Picture>}
+     */
+    turntable(scene: Scene, { count, format, sheet, ...settings }?: Settings & {
+        count?: number;
+        format?: "png" | "webp" | "gif";
+        sheet?: readonly [columns: number, rows: number];
+    }, given?: Given): Promise<import("./picture.js").Picture>;
     /**
      * A region of the picture: the same bytes as in the whole.
      * @param {Scene} scene
@@ -242,3 +256,4 @@ export type Given = {
     signal?: AbortSignal;
 };
 import { Jobs } from "./jobs.js";
+import { Assets } from "./assets.js";

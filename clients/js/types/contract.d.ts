@@ -610,8 +610,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * All frames of a sequence that has succeeded, as animated PNG or animated lossless WebP.
-         * @description Each frame has the codes of its own picture. The format is that of `format`, else the one that `Accept` asks for. Frames in EXR, PFM and JPEG make no animations.
+         * All frames of a sequence that has succeeded, as animated PNG, animated lossless WebP or GIF.
+         * @description Each frame has the codes of its own picture; GIF has 256 colors a frame, and `Render-Warnings` says how far they are off. The format is that of `format`, else the one that `Accept` asks for. Frames in EXR, PFM and JPEG make no animations.
          */
         get: operations["jobAnimation"];
         put?: never;
@@ -6541,7 +6541,7 @@ export interface operations {
         parameters: {
             query?: {
                 /** @description Format of the animation, whatever `Accept` says. */
-                format?: "png" | "webp";
+                format?: "png" | "webp" | "gif";
             };
             header?: never;
             path: {
@@ -6561,6 +6561,7 @@ export interface operations {
                 };
                 content: {
                     "image/apng": components["schemas"]["Bytes"];
+                    "image/gif": components["schemas"]["Bytes"];
                     "image/webp": components["schemas"]["Bytes"];
                 };
             };
@@ -7147,7 +7148,7 @@ export interface operations {
                 quality?: number;
                 /** @description Layers beside the colors of an EXR, with commas between: `distance`, `position`, `normal`, `albedo`, `object`, `material`, and `share:/objects/3` of one object. */
                 layers?: string;
-                /** @description So many pictures from all around, in one answer: an animated PNG or WebP, or a contact sheet. */
+                /** @description So many pictures from all around, in one answer: an animated PNG, WebP or GIF, or a contact sheet. */
                 turntable?: number;
                 /** @description A contact sheet of a turntable instead, as COLUMNSxROWS. */
                 sheet?: string;

@@ -1,3 +1,4 @@
+export { Assets } from "./assets.js";
 export { Client } from "./client.js";
 export { Picture } from "./picture.js";
 export type Scene = import("./client.js").Scene;

@@ -10,6 +10,11 @@ export function checked(id: string): string;
  */
 export function checkLayers(what: string, options: object): void;
 /**
+ * The media type of a scene or a model.
+ * @param {import("./client.js").Scene} scene
+ */
+export function typeOf(scene: import("./client.js").Scene): Promise<string>;
+/**
  * The text of a scene in JSON.
  * @param {import("./client.js").Scene} scene
  */
@@ -37,8 +42,9 @@ export class Jobs {
      * request that was lost is sent again and is still one job.
      * @param {import("./client.js").Scene} scene
      * @param {import("./client.js").Settings & import("./client.js").Output & { priority?: number, labels?: string[],
-     *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number }} [options] `wait`: seconds to wait for its
-     *   end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or true for one of its own
+     *   webhook?: string, store?: string | true, idempotencyKey?: string, wait?: number, frames?: Schemas["Sequence"] }} [options] `wait`:
+     *   seconds to wait for its end; `webhook`: a URL that hears of its end; `store`: the name of its picture in the service's store, or
+     *   true for one of its own; `frames` makes a sequence of it, such as `{ count: 36, turntable: {} }`
      * @param {import("./client.js").Given} [given]
      */
     submit(scene: import("./client.js").Scene, options?: import("./client.js").Settings & import("./client.js").Output & {
@@ -48,6 +54,7 @@ export class Jobs {
         store?: string | true;
         idempotencyKey?: string;
         wait?: number;
+        frames?: Schemas["Sequence"];
     }, { signal }?: import("./client.js").Given): Promise<Job>;
     /**
      * The job of an id.
@@ -145,6 +152,32 @@ export class Job {
      * @param {import("./client.js").Given} [given]
      */
     result({ signal }?: import("./client.js").Given): Promise<import("./picture.js").Picture>;
+    /**
+     * The finished frames of a sequence, with what each cost and how far it may be off.
+     * @param {import("./client.js").Given} [given]
+     * @returns {Promise<Schemas["FrameList"]>}
+     */
+    frames({ signal }?: import("./client.js").Given): Promise<Schemas["FrameList"]>;
+    /**
+     * A frame of a sequence, from 0, as soon as it is finished.
+     * @param {number} number
+     * @param {import("./client.js").Given} [given]
+     */
+    frame(number: number, { signal }?: import("./client.js").Given): Promise<import("./picture.js").Picture>;
+    /**
+     * All frames of a sequence that has succeeded.
+     * @param {{ format?: "png" | "webp" | "gif" } & import("./client.js").Given} [options]
+     */
+    animation({ format, signal }?: {
+        format?: "png" | "webp" | "gif";
+    } & import("./client.js").Given): Promise<import("./picture.js").Picture>;
+    /**
+     * The finished frames of a sequence, small and side by side.
+     * @param {{ columns?: number } & import("./client.js").Given} [options]
+     */
+    sheet({ columns, signal }?: {
+        columns?: number;
+    } & import("./client.js").Given): Promise<import("./picture.js").Picture>;
     /**
      * The picture so far, at most 1,024 pixels a side; waits for the first coarse one.
      * @param {import("./client.js").Given} [given]

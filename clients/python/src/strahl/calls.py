@@ -400,7 +400,11 @@ def delete_asset(name: str) -> Call[None]:
 
 
 def asset_bytes(content: bytes | Path) -> bytes:
-    return content.read_bytes() if isinstance(content, Path) else bytes(memoryview(content))
+    if isinstance(content, Path):
+        return content.read_bytes()
+    if not isinstance(content, (bytes, bytearray, memoryview)):
+        raise InvalidArgument(f"an asset is its bytes or a Path, not {type(content).__name__}")
+    return bytes(content)
 
 
 def asset_name(content: bytes) -> str:

@@ -8,6 +8,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar, Unpack
 
@@ -37,6 +38,7 @@ class Client:
         self._timeout = calls.limit_of(timeout)
         self._http = httpx.Client(base_url=calls.base_of(url), headers=calls.key_of(key), timeout=self._timeout, transport=transport)
         self.jobs = Jobs(self)
+        self.assets = Assets(self)
 
     def __enter__(self) -> Self:
         return self
@@ -51,6 +53,14 @@ class Client:
     def render(self, scene: SceneLike, /, **options: Unpack[RenderOptions]) -> Picture:
         """The picture of a scene."""
         return self._do(calls.render(scene, options))
+
+    def turntable(self, scene: SceneLike, /, count: int = 36, *, format: calls.Animation = "png",
+                        sheet: tuple[int, int] | None = None, **settings: Unpack[Settings]) -> Picture:
+        """Pictures from all around a scene or a model, as an animation, or on a sheet of columns and rows."""
+        while (picture := self._do(calls.turntable(scene, count, format, sheet, settings))) is None:
+            # It goes on as a job, which the same request finds again.
+            time.sleep(1)
+        return picture
 
     def tile(self, scene: SceneLike, /, region: Sequence[int], **options: Unpack[RenderOptions]) -> Picture:
         """A region `(x, y, width, height)` of the picture: the same bytes as in the whole."""
@@ -216,6 +226,29 @@ class Client:
             time.sleep(follower.next(error, self._http.base_url))
 
 
+class Assets:
+    """Files that scenes name by their SHA-256, models and pictures: `client.assets`."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+
+    def add(self, content: bytes | Path, /) -> str:
+        """Sends a file unless the service has it from you; its name in scenes: `sha256:` and digits."""
+        content = calls.asset_bytes(content)
+        name = calls.asset_name(content)
+        if self.missing([name]):
+            self._client._do(calls.send_asset(content))
+        return name
+
+    def missing(self, names: Iterable[str]) -> list[str]:
+        """Those that you have yet to send, by their digits."""
+        return self._client._do(calls.missing_assets(names))
+
+    def delete(self, name: str) -> None:
+        """Forgets one. Scenes that name it are refused then."""
+        self._client._do(calls.delete_asset(name))
+
+
 class Jobs:
     """The jobs of a service: `client.jobs`."""
 
@@ -224,11 +257,13 @@ class Jobs:
 
     def submit(self, scene: SceneLike, /, *, priority: int | None = None, labels: Sequence[str] = (),
                webhook: str | None = None, store: str | bool = False,
-               idempotency_key: str | None = None, wait: int | None = None, **options: Unpack[PictureOptions]) -> Job:
+               idempotency_key: str | None = None, wait: int | None = None, frames: contract.Sequence | None = None,
+               **options: Unpack[PictureOptions]) -> Job:
         """Submits a job. The same `idempotency_key` with the same request gives the same job. After its end, `webhook` is a URL
-        that hears of it, and `store` the name of its picture in the service's store, or True for a name of its own."""
+        that hears of it, and `store` the name of its picture in the service's store, or True for a name of its own. `frames` makes
+        a sequence of it, such as `{"count": 36, "turntable": {}}`."""
         view = self._client._do(
-            calls.submit(scene, options, priority, labels, webhook, store, idempotency_key, wait))
+            calls.submit(scene, options, priority, labels, webhook, store, idempotency_key, wait, frames))
         return Job(self._client, view)
 
     def get(self, job_id: str) -> Job:
@@ -334,6 +369,22 @@ class Job:
             # Also if it is cancelled, or the disk is full.
             with suppress(FileNotFoundError):
                 os.remove(part)
+
+    def frames(self) -> contract.FrameList:
+        """The finished frames of a sequence, with what each cost and how far it may be off."""
+        return self._client._do(calls.job_frames(self.id))
+
+    def frame(self, number: int) -> Picture:
+        """A frame of a sequence, from 0, as soon as it is finished."""
+        return self._client._do(calls.job_picture(self.id, f"frames/{number:d}"))
+
+    def animation(self, format: calls.Animation = "png") -> Picture:
+        """All frames of a sequence that has succeeded."""
+        return self._client._do(calls.job_picture(self.id, "animation", {"format": format}))
+
+    def sheet(self, columns: int | None = None) -> Picture:
+        """The finished frames of a sequence, small and side by side."""
+        return self._client._do(calls.job_picture(self.id, "sheet", {"columns": columns}))
 
     def preview(self) -> Picture:
         """The picture so far, at most 1,024 pixels a side; waits for the first coarse one."""
