@@ -93,8 +93,10 @@ def test_turntables_sequences_and_assets(client, tmp_path):
     assert client.render(placed).content != client.render(SCENE).content
     client.assets.delete(name)
     assert client.assets.missing([name]) == [name.removeprefix("sha256:")]
-    with pytest.raises(strahl.InvalidScene):
+    with pytest.raises(strahl.InvalidRequest, match="Assets are missing"):
         client.render(placed)
+    with pytest.raises(strahl.InvalidArgument):
+        client.assets.add(str(tmp_path / "tetrahedron.obj"))
 
 
 def test_questions_about_a_scene(client):
