@@ -71,6 +71,9 @@ impl Error {
             let detail = format!("{what}: the farm's broker or its store does not answer; the service's log says why");
             return Self::Busy { detail, retry_after: 5 };
         }
+        if error.kind() == io::ErrorKind::ResourceBusy {
+            return Self::Busy { detail: format!("{what}: {error}"), retry_after: 1 };
+        }
         if is_temporary(error) {
             let detail = format!("{what}: the folders of the service cannot be used now, and its operator has to look");
             return Self::Busy { detail, retry_after: 30 };
@@ -122,8 +125,8 @@ pub(crate) fn unreachable(why: impl fmt::Display) -> io::Error {
 /// Whether the same may succeed another time: it is the disk, the volume or the network that fails, and not what is written or
 /// has been read.
 pub(crate) fn is_temporary(error: &io::Error) -> bool {
-    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
-    !matches!(error.kind(), InvalidData | InvalidInput | UnexpectedEof)
+    use io::ErrorKind::{InvalidData, InvalidFilename, InvalidInput, IsADirectory, UnexpectedEof};
+    !matches!(error.kind(), InvalidData | InvalidFilename | InvalidInput | IsADirectory | UnexpectedEof)
 }
 
 /// The text of a panic, for the log only.

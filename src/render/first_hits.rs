@@ -6,6 +6,7 @@ use super::packets::TraceJob;
 use crate::film::cryptomatte::{RANKS, Ranks};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::scene::Scene;
+use crate::scene::compile::LEAST_SHARE;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::trace::batch::SampleBatch;
@@ -161,6 +162,8 @@ impl<'a, L: Lanes> Pass<'a, L> {
         let s = self.s;
         let active = ((1u64 << packet.len()) - 1) as u32;
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        // As of shares: many thin veils would take long, since each ray is looked for from the eye again.
+        let least = L::lit(s, LEAST_SHARE / f64::from(SAMPLES));
         let mut albedo = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let mut shares: [[Shares; 2]; MAX_LANES] = std::array::from_fn(|_| Default::default());
         for sample in 0..SAMPLES {
@@ -185,7 +188,7 @@ impl<'a, L: Lanes> Pass<'a, L> {
                     shares[lane][1].add(material, share);
                 }
                 left = left * (one - opacity);
-                self.tracer.pass_on(self.hits.found & left.gt(zero).bits(), &mut self.rays, &self.hits);
+                self.tracer.pass_on(self.hits.found & left.gt(least).bits(), &mut self.rays, &self.hits);
             }
         }
         for (lane, [objects, materials]) in shares.iter_mut().enumerate().take(packet.len()) {

@@ -6,7 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
-use crate::service::error::{is_temporary, unreachable};
+use crate::service::error::{is_full, is_temporary, unreachable};
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -16,6 +16,7 @@ use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 use std::time::Duration;
@@ -63,13 +64,10 @@ impl Backend for Local<'_> {
         let Record { width, height, .. } = job.record().clone();
         let Rendering { name, tiles, .. } = rendering;
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
-        let mut kept = Vec::new();
-        let file = until_possible(job, || {
-            kept.clear();
-            Tiles::open(&self.files.tiles(name), name, [width, height], region, &mut |tile| kept.push(tile))
-        });
+        // Tiles that are found twice count once.
+        let file =
+            until_possible(job, || Tiles::open(&self.files.tiles(name), name, [width, height], region, &mut *found));
         self.tiles = Some(file.map_err(|error| job.why_stopped_or(disk(&error)))?);
-        kept.into_iter().for_each(found);
         Ok(())
     }
 
@@ -89,7 +87,7 @@ impl Backend for Local<'_> {
             let rendered = workers.work(|| {
                 while let Some((number, region)) = rendering.next() {
                     let picture = render(&ready.scene, region, &job.control())?;
-                    // It fails if the writer has stopped, which has cancelled the job.
+                    // It fails only if the writer has panicked.
                     done.send(Tile { number, picture }).map_err(|_| Cancelled)?;
                 }
                 Ok(())
@@ -110,11 +108,13 @@ fn persist(job: &Job, mut file: Tiles, done: &Receiver<Tile>, finished: &(dyn Fn
     while let Ok(tile) = done.recv() {
         let kept = if keeps { file.add(&tile) } else { Ok(()) };
         if let Err(error) = kept {
-            // The tiles are in the picture all the same, which needs the room more. After a crash they are rendered again.
-            tracing::warn!(job = job.record().id, %error, "finished tiles are not kept");
-            keeps = false;
-            // What is left of them is of this job, and each says whether it is whole.
-            let _ = file.clear();
+            // The tiles are in the picture all the same. After a crash they are rendered again.
+            tracing::warn!(job = job.record().id, %error, "a finished tile is not kept");
+            if is_full(&error) {
+                // The picture needs the room more.
+                keeps = false;
+                let _ = file.clear();
+            }
         }
         finished(&tile);
     }
@@ -239,9 +239,13 @@ pub(super) fn until_possible<T>(job: &Job, mut work: impl FnMut() -> io::Result<
                     tracing::error!(job = job.record().id, %error, "a job waits until its files can be read and written");
                 }
                 is_told = true;
+                job.waits.store(true, Ordering::Relaxed);
                 thread::sleep(BETWEEN_WRITES);
             }
-            done => return done,
+            done => {
+                job.waits.store(false, Ordering::Relaxed);
+                return done;
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A disk that is full or broken for a while: nothing is promised that is not kept, and what waited for it goes on.
 
 use super::crash::{SCENE, open};
+use super::job::Stopped;
 use super::record::State;
 use crate::service::error::Error;
 use crate::service::scheduler::pool::Pool;
@@ -79,4 +80,61 @@ fn waits_until_healed(fault: ErrorKind) {
     let id = job.record().id.clone();
     drop(opened);
     assert_eq!(open(&pool, &path).unwrap().jobs.find(&id).unwrap().record().state, State::Succeeded);
+}
+
+#[test]
+fn a_job_that_waits_for_the_disk_can_be_canceled() {
+    let pool = Pool::start(Some(1), None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("data");
+    let opened = open(&pool, &path).unwrap();
+    let job = opened.submit(&SCENE.replacen('{', "{ \"render\": { \"samples\": 1024 },", 1), None);
+    let started = Instant::now();
+    let wait_until = |is_so: &dyn Fn() -> bool| {
+        while !is_so() {
+            assert!(started.elapsed() < Duration::from_secs(60), "{:?}", job.record());
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    wait_until(&|| job.record().state == State::Running);
+    set_fault(&path, Some(ErrorKind::ReadOnlyFilesystem));
+    wait_until(&|| job.waits.load(Ordering::Relaxed));
+    assert!(opened.jobs.is_unwritable());
+    job.stop(Stopped::Canceled);
+    thread::sleep(Duration::from_millis(100));
+    assert!(!job.record().state.is_final(), "nobody hears what is not kept");
+    set_fault(&path, None);
+    assert_eq!(opened.wait(&job), State::Canceled);
+    assert!(!opened.jobs.is_unwritable());
+}
+
+/// As where a volume is away, and what it is mounted on is there.
+#[test]
+fn nothing_is_kept_in_the_place_of_what_comes_back() {
+    let pool = Pool::start(Some(1), None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let [path, away] = ["data", "away"].map(|name| folder.path().join(name));
+    let opened = open(&pool, &path).unwrap();
+    let first = opened.submit(SCENE, None);
+    assert_eq!(opened.wait(&first), State::Succeeded);
+    // The file of the records is closed once it cannot be written.
+    set_fault(&path, Some(ErrorKind::Other));
+    assert!(opened.jobs.forget(&first).is_err());
+    std::fs::rename(&path, &away).unwrap();
+    std::fs::create_dir(&path).unwrap();
+    set_fault(&path, None);
+    opened.jobs.tick();
+    assert!(opened.jobs.is_unwritable());
+    assert_eq!(std::fs::read_dir(&path).unwrap().count(), 0);
+    std::fs::remove_dir(&path).unwrap();
+    std::fs::rename(&away, &path).unwrap();
+    opened.jobs.tick();
+    assert!(!opened.jobs.is_unwritable());
+    let second = opened.submit(&format!("{SCENE} "), None);
+    assert_eq!(opened.wait(&second), State::Succeeded);
+    drop(opened);
+    let opened = open(&pool, &path).unwrap();
+    for job in [&first, &second] {
+        assert_eq!(opened.jobs.find(&job.record().id).unwrap().record().state, State::Succeeded);
+    }
 }

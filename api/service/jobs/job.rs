@@ -40,6 +40,8 @@ pub(crate) struct Job {
     pub(super) revision: AtomicU64,
     /// Whether its owner does not want to see it any more.
     pub(super) forgotten: AtomicBool,
+    /// Whether it waits until its files or its record can be read and written.
+    pub(super) waits: AtomicBool,
     watchers: AtomicUsize,
     /// When this process began to render it.
     pub(super) begun: Mutex<Option<Instant>>,
@@ -111,6 +113,7 @@ impl Job {
             rays: AtomicU64::new(record.stats.rays),
             revision: AtomicU64::new(0),
             forgotten: AtomicBool::new(false),
+            waits: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
             begun: Mutex::default(),
             eta: Mutex::default(),

@@ -99,7 +99,7 @@ pub(crate) struct Jobs {
     canceled: AtomicU64,
     /// Whether somebody has removed the folders of files.
     folders_are_gone: AtomicBool,
-    /// Whether a file of a job could not be written lately.
+    /// Whether a job could not be kept lately.
     files_fail: AtomicBool,
     /// The run time that was last written down for its own sake.
     time_kept: AtomicU64,

@@ -129,8 +129,11 @@ impl Jobs {
 
     /// Whether the disk does not take the records or files of jobs. It is tried again each second.
     pub(crate) fn is_unwritable(&self) -> bool {
+        // In a farm other fronts take them, and the broker and the store say for themselves whether they answer.
+        let waits =
+            || !self.files.shared && locked(&self.registry).open.iter().any(|job| job.waits.load(Ordering::Relaxed));
         let files = [&self.folders_are_gone, &self.files_fail];
-        self.records.is_failing() || files.into_iter().any(|fails| fails.load(Ordering::Relaxed))
+        self.records.is_failing() || files.into_iter().any(|fails| fails.load(Ordering::Relaxed)) || waits()
     }
 
     /// Numbers of waiting jobs and of jobs that are worked on.

@@ -58,13 +58,16 @@ pub(super) fn run(jobs: &Jobs, job: &Arc<Job>) {
     match end {
         Some(Stopped::Taken) => {}
         Some(Stopped::Suspended) => jobs.suspend(job),
-        Some(Stopped::Canceled) => jobs.finish(job, State::Canceled, None),
+        Some(Stopped::Canceled) => _ = jobs.finish(job, State::Canceled, None),
         Some(Stopped::TooLarge(_)) if jobs.pass_on(job) => {}
-        Some(Stopped::Failed(failure) | Stopped::TooLarge(failure)) => jobs.finish(job, State::Failed, Some(failure)),
+        Some(Stopped::Failed(failure) | Stopped::TooLarge(failure)) => {
+            _ = jobs.finish(job, State::Failed, Some(failure))
+        }
         None => {
-            jobs.finish(job, State::Succeeded, None);
+            let is_kept = jobs.finish(job, State::Succeeded, None);
             let record = job.record().clone();
-            if !is_sequence {
+            // What no record names yet is needed after a restart.
+            if is_kept && !is_sequence {
                 jobs.let_go(&record);
             }
         }
@@ -136,8 +139,8 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         let tenant = job.record().tenant.clone();
         let slots = || locked(&jobs.registry).share(&tenant);
         let mut backend = backend(jobs, farm, &slots);
-        recover(job, &rendering, &mut *backend)?;
         *locked(&job.begun) = Some(rendering_since);
+        recover(job, &rendering, &mut *backend)?;
         if job.done.load(Ordering::Relaxed) > 0 {
             tiles(job, &rendering, &ready, &workers, &mut *backend)?;
         } else if backend.is_elsewhere() {

@@ -103,7 +103,7 @@ impl Store {
         let changed = caught(|| {
             let database = match open.take() {
                 Some(database) => database,
-                None => Database::builder().create_with_backend(DatabaseFile::open(&self.path)?)?,
+                None => Database::builder().create_with_backend(DatabaseFile::reopen(&self.path)?)?,
             };
             write(&database, self.run_time.ms(), change)?;
             *open = Some(database);
@@ -112,7 +112,8 @@ impl Store {
         self.is_failing.store(changed.is_err(), Ordering::Relaxed);
         changed.map_err(|error| match error {
             redb::Error::Io(error) => error,
-            error => io::Error::other(error),
+            error @ redb::Error::PreviousIo => io::Error::other(error),
+            error => io::Error::new(io::ErrorKind::InvalidData, error),
         })
     }
 }

@@ -177,7 +177,7 @@ impl Jobs {
                 retry_after: 1,
             },
             Refused::Failed(error) => {
-                self.files_fail.store(is_temporary(&error), Ordering::Relaxed);
+                self.files_fail.store(!self.files.shared && is_temporary(&error), Ordering::Relaxed);
                 Error::io("the job cannot be kept", &error)
             }
         })?;

@@ -112,11 +112,13 @@ impl Jobs {
             match self.change(job, change) {
                 Err(error) if (front.is_some() || is_temporary(&error)) && !job.control().is_cancelled() => {
                     tracing::error!(job = job.record().id, %error, "a record cannot be written");
+                    job.waits.store(true, Ordering::Relaxed);
                     thread::sleep(BETWEEN_WRITES);
                 }
                 done => break done?,
             }
         };
+        job.waits.store(false, Ordering::Relaxed);
         if let (Some(_), true) = (front, is_mine) {
             let record = job.record();
             tracing::info!(job = record.id, life = record.lives, "this front begins");
@@ -179,8 +181,8 @@ impl Jobs {
     }
 
     /// Writes the final state of a job that this process works on, and tells observer and watchers. It counts only if no other
-    /// front has taken the job.
-    pub(super) fn finish(&self, job: &Arc<Job>, state: State, failure: Option<Failure>) {
+    /// front has taken the job. False if it has not been written.
+    pub(super) fn finish(&self, job: &Arc<Job>, state: State, failure: Option<Failure>) -> bool {
         let change = |record: &mut Record| {
             let is_mine = self.is_mine(record) && !record.state.is_final();
             self.end_record(job, record, state, failure.clone());
@@ -197,7 +199,10 @@ impl Jobs {
                 Ok(true) => break,
                 // It was written, and only the answer was lost.
                 Ok(false) if is_doubtful && has_ended_in(life) => break,
-                Ok(false) => return tracing::info!(job = job.record().id, "a job was taken by another front"),
+                Ok(false) => {
+                    tracing::info!(job = job.record().id, "a job was taken by another front");
+                    return false;
+                }
                 Err(error) => error,
             };
             tracing::error!(job = job.record().id, %error, "a record cannot be written");
@@ -210,11 +215,14 @@ impl Jobs {
                 break;
             }
             if locked(&self.registry).closing {
-                return;
+                return false;
             }
+            job.waits.store(true, Ordering::Relaxed);
             thread::sleep(BETWEEN_WRITES);
         }
+        job.waits.store(false, Ordering::Relaxed);
         self.ended(job);
+        true
     }
 
     /// Ends a job that this process does not work on. False if it has ended already.

@@ -97,7 +97,7 @@ impl Source {
             // The text of a variation is that of another scene and a patch.
             Self::Sent(_) => None,
             Self::Known(image) => {
-                let text = service.scenes.store.get(&image.scene)?;
+                let text = service.scenes.store.get(&image.scene).ok()??;
                 Some((text.to_vec(), Format::Json, Overrides::default()))
             }
         }

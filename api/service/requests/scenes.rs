@@ -116,11 +116,11 @@ impl Service {
             tokio::task::spawn_blocking(move || {
                 let store = &service.scenes.store;
                 let may_read = is_scene_id(&id) && owner.is_none_or(|owner| store.is_claimed(&id, &owner));
-                may_read.then(|| store.get(&id)).flatten()
+                if may_read { store.get(&id) } else { Ok(None) }
             })
         };
-        let stored = stored.await;
-        if let Some(text) = stored.ok().flatten() {
+        let stored = stored.await.map_err(|_| Error::Internal("the stored scene cannot be read"))?;
+        if let Some(text) = stored.map_err(|error| Error::io("the stored scene cannot be read", &error))? {
             return Ok(text);
         }
         let service = Arc::clone(self);

@@ -246,7 +246,8 @@ impl SceneCache {
 
     /// The text of a stored scene, and the memory that it takes.
     fn stored(&self, id: &str) -> Result<(Arc<[u8]>, Share), Error> {
-        let text = self.store.get(id).ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
+        let text = self.store.get(id).map_err(|error| Error::io("the stored scene cannot be read", &error))?;
+        let text = text.ok_or_else(|| Error::UnknownScene(id.to_owned()))?;
         let mut share = self.memory.share(0);
         share.grow(text.len() as u64)?;
         Ok((text, share))

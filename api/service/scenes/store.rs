@@ -79,11 +79,11 @@ pub(crate) enum SceneStore {
 }
 
 impl SceneStore {
-    /// The text of a scene. This may wait for the disk.
-    pub(crate) fn get(&self, id: &str) -> Option<Arc<[u8]>> {
+    /// The text of a scene. This may wait for the disk, and fails if that cannot be read now.
+    pub(crate) fn get(&self, id: &str) -> io::Result<Option<Arc<[u8]>>> {
         match self {
-            Self::Memory(texts) => texts.get(id),
-            Self::Folder(blobs) => blobs.get(id).ok().flatten().map(|blob| blob.body.into()),
+            Self::Memory(texts) => Ok(texts.get(id)),
+            Self::Folder(blobs) => Ok(blobs.get(id)?.map(|blob| blob.body.into())),
         }
     }
 
@@ -136,7 +136,7 @@ impl SceneStore {
 
     /// What a tenant's claim holds: its own text, or one that is not known.
     pub(crate) fn claimed(&self, id: &str, tenant: &str) -> Option<Arc<[u8]>> {
-        self.get(&claim_name(id, tenant))
+        self.get(&claim_name(id, tenant)).ok()?
     }
 
     /// Whether a tenant has said so.

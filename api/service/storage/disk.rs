@@ -55,7 +55,10 @@ pub(crate) fn write(path: &Path, parts: &[&[u8]], durable: bool) -> io::Result<(
 /// Whether a folder takes files now: one is put there, and removed.
 pub(crate) fn takes_files(folder: &Path) -> bool {
     let probe = folder.join(format!("{}{UNFINISHED}", Uuid::now_v7().simple()));
-    let written = DiskFile::create(&probe).and_then(|mut file| file.append(b"probe"));
+    let written = DiskFile::create(&probe).and_then(|mut file| {
+        file.append(&[0; 1 << 16])?;
+        file.sync()
+    });
     written.and(remove(&probe)).is_ok()
 }
 
@@ -162,6 +165,17 @@ impl DatabaseFile {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         note(|| Change::Create(path.into()));
         Ok(Self { file: FileBackend::new(file)?, path: path.into() })
+    }
+}
+
+impl DatabaseFile {
+    /// Opens it again, after it could not be written. One that is not there any more is not made: its volume is away, and what
+    /// would be written meanwhile would be lost.
+    pub(crate) fn reopen(path: &Path) -> Result<Self, redb::DatabaseError> {
+        if fs::metadata(path)?.len() == 0 {
+            return Err(io::Error::from(io::ErrorKind::NotFound).into());
+        }
+        Self::open(path)
     }
 }
 

@@ -23,6 +23,7 @@ mod vary;
 
 pub use camera::camera_of;
 pub use known::Original;
+pub(crate) use vary::LEAST_SHARE;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};

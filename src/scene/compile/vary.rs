@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Weight below which rays are not followed that look for an object.
-const LEAST_SHARE: f64 = 1e-3;
+pub(crate) const LEAST_SHARE: f64 = 1e-3;
 
 impl Scene {
     /// Sets what ends the recursion. A scene that was built with `max_depth` 1 has no wavelengths, and no bound on what its
