@@ -86,7 +86,8 @@ impl Assets {
                 Some((hash, tenant)) => {
                     if let Some(bytes) = self.shelf.claimed(hash, tenant).filter(|_| blobs.has(hash)) {
                         known.add(tenant, hash, bytes);
-                    } else {
+                    } else if blobs.head(&name).is_ok() {
+                        // It is damaged, or its bytes are gone; what cannot be read now may be whole.
                         blobs.remove(&name);
                     }
                 }

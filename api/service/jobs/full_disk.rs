@@ -101,7 +101,8 @@ fn a_job_that_waits_for_the_disk_can_be_canceled() {
     wait_until(&|| job.waits.load(Ordering::Relaxed));
     assert!(opened.jobs.is_unwritable());
     job.stop(Stopped::Canceled);
-    thread::sleep(Duration::from_millis(100));
+    // Longer than between two tries, so that it has heard of it.
+    thread::sleep(Duration::from_millis(1_500));
     assert!(!job.record().state.is_final(), "nobody hears what is not kept");
     set_fault(&path, None);
     assert_eq!(opened.wait(&job), State::Canceled);
