@@ -238,6 +238,7 @@ impl Pbr {
         let all_or_nothing = W::select(alpha.ge(W::lit(s, *cutoff)), one, zero);
         let Some(texel) = channel.texel else { return all_or_nothing };
         // A mean of many alphas may be below the cutoff where some are above: leaves would vanish in the distance.
+        // Shares know nothing of the mesh, so where it has alpha of its own the mean decides as ever.
         let shared = self.pictures[texel.picture].sees_several(s, lookup) & of_mesh.eq(one);
         W::select(shared, texels[texel.picture].y, all_or_nothing)
     }

@@ -10,11 +10,11 @@ mod checkpoint;
 mod crash;
 mod disk_shares;
 mod event_log;
+#[cfg(test)]
+mod failing_disk;
 mod files;
 mod finish;
 mod frames;
-#[cfg(test)]
-mod full_disk;
 mod job;
 mod leftovers;
 mod orphans;

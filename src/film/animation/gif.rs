@@ -139,7 +139,7 @@ mod tests {
         let off: Vec<u8> = shown.iter().zip(&exact).map(|(a, b)| a.abs_diff(*b)).collect();
         let mean = off.iter().map(|off| f64::from(*off)).sum::<f64>() / (0.75 * off.len() as f64);
         assert_eq!((made.largest, made.mean), (*off.iter().max().unwrap(), mean));
-        assert!(made.largest > 0 && made.largest < 128 && mean < 4.0, "{} {mean}", made.largest);
+        assert!(made.largest > 0 && mean < 4.0, "{} {mean}", made.largest);
         let warning = format!("up to {} of 255 codes off, {mean:.1} in the mean", made.largest);
         assert!(made.warning().unwrap().contains(&warning), "{:?}", made.warning());
     }

@@ -1,7 +1,7 @@
 //! A disk that is full or broken for a while: nothing is promised that is not kept, and what waited for it goes on.
 
 use super::crash::{SCENE, open};
-use super::job::Stopped;
+use super::job::{Job, Stopped};
 use super::record::State;
 use crate::service::error::Error;
 use crate::service::scheduler::pool::Pool;
@@ -10,6 +10,19 @@ use std::io::ErrorKind;
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
+
+/// Enough work that the disk fails before it is done.
+fn long_scene() -> String {
+    SCENE.replacen('{', "{ \"render\": { \"samples\": 1024 },", 1)
+}
+
+fn wait_until(job: &Job, is_so: impl Fn() -> bool) {
+    let started = Instant::now();
+    while !is_so() {
+        assert!(started.elapsed() < Duration::from_secs(60), "{:?}", job.record());
+        thread::sleep(Duration::from_millis(1));
+    }
+}
 
 /// A full disk, a volume that is mounted again to be read only, and errors of the device.
 const FAULTS: [ErrorKind; 3] = [ErrorKind::StorageFull, ErrorKind::ReadOnlyFilesystem, ErrorKind::Other];
@@ -60,18 +73,10 @@ fn waits_until_healed(fault: ErrorKind) {
     let opened = open(&pool, &path).unwrap();
     let expected = opened.submit(SCENE, None);
     assert_eq!(opened.wait(&expected), State::Succeeded);
-    // Enough work that the disk is full before it is done.
-    let job = opened.submit(&SCENE.replacen('{', "{ \"render\": { \"samples\": 1024 },", 1), None);
-    let started = Instant::now();
-    let wait_until = |is_so: &dyn Fn() -> bool| {
-        while !is_so() {
-            assert!(started.elapsed() < Duration::from_secs(60), "{:?}", job.record());
-            thread::sleep(Duration::from_millis(1));
-        }
-    };
-    wait_until(&|| job.record().state == State::Running);
+    let job = opened.submit(&long_scene(), None);
+    wait_until(&job, || job.record().state == State::Running);
     set_fault(&path, Some(fault));
-    wait_until(&|| job.done.load(Ordering::Relaxed) == 4);
+    wait_until(&job, || job.done.load(Ordering::Relaxed) == 4);
     thread::sleep(Duration::from_millis(700));
     assert!(!job.record().state.is_final(), "{:?}", job.record().failure);
     set_fault(&path, None);
@@ -88,17 +93,10 @@ fn a_job_that_waits_for_the_disk_can_be_canceled() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data");
     let opened = open(&pool, &path).unwrap();
-    let job = opened.submit(&SCENE.replacen('{', "{ \"render\": { \"samples\": 1024 },", 1), None);
-    let started = Instant::now();
-    let wait_until = |is_so: &dyn Fn() -> bool| {
-        while !is_so() {
-            assert!(started.elapsed() < Duration::from_secs(60), "{:?}", job.record());
-            thread::sleep(Duration::from_millis(1));
-        }
-    };
-    wait_until(&|| job.record().state == State::Running);
+    let job = opened.submit(&long_scene(), None);
+    wait_until(&job, || job.record().state == State::Running);
     set_fault(&path, Some(ErrorKind::ReadOnlyFilesystem));
-    wait_until(&|| job.waits.load(Ordering::Relaxed));
+    wait_until(&job, || job.waits.load(Ordering::Relaxed));
     assert!(opened.jobs.is_unwritable());
     job.stop(Stopped::Canceled);
     // Longer than between two tries, so that it has heard of it.
