@@ -93,7 +93,7 @@ impl Session {
     /// The scene of a frame.
     pub(super) fn load_frame(&self, frame: Frame<'_>, original: Original<'_>) -> Result<Loaded, Failure> {
         let accept = |_: &Description| Ok::<_, Infallible>(());
-        let load = || frame.load_if(original, &self.overrides, &self.file.inputs, accept);
+        let load = || frame.load_if(original, &self.overrides, &self.file.inputs, &accept);
         let loaded = self.workers.work(load)?;
         loaded.map_err(|NotLoaded::Problems(problems)| Failure::Scene { name: self.file.name.clone(), problems })
     }

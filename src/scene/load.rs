@@ -89,8 +89,8 @@ pub fn load_with(
     overrides: &Overrides,
     files: &dyn Files,
 ) -> Result<Loaded, Problems> {
-    let accept = |_: &Description| Ok::<_, Infallible>(());
-    load_if(text, format, overrides, files, accept).map_err(|NotLoaded::Problems(problems)| problems)
+    load_if(text, format, overrides, files, &|_| Ok::<_, Infallible>(()))
+        .map_err(|NotLoaded::Problems(problems)| problems)
 }
 
 /// Why a scene is not loaded.
@@ -118,6 +118,12 @@ impl<E> From<Problems> for NotLoaded<E> {
     }
 }
 
+/// Refuses a scene that was read and is not built yet.
+pub type Accept<'a, E> = &'a dyn Fn(&Description) -> Result<(), E>;
+
+/// A text that may be dropped while its scene is built.
+type Text<'a> = Box<dyn AsRef<[u8]> + 'a>;
+
 /// [`load_with`], if `accept` wants the scene: it is asked when the scene has been read, before anything is built. A text that is
 /// given away is dropped by then, if nothing can be wrong with the scene any more.
 pub fn load_if<E>(
@@ -125,22 +131,33 @@ pub fn load_if<E>(
     format: Format,
     overrides: &Overrides,
     files: &dyn Files,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
+    accept: Accept<'_, E>,
+) -> Result<Loaded, NotLoaded<E>> {
+    load_text(Box::new(text), format, overrides, files, accept)
+}
+
+/// The same for texts of all kinds.
+fn load_text<E>(
+    text: Text<'_>,
+    format: Format,
+    overrides: &Overrides,
+    files: &dyn Files,
+    accept: Accept<'_, E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     if matches!(format, Format::Json | Format::Nff) {
-        overrides.refuse_model_options(text.as_ref())?;
+        overrides.refuse_model_options((*text).as_ref())?;
     }
     match format {
         Format::Gltf | Format::Obj | Format::Stl | Format::Ply | Format::Parts => {
             load_model(text, format.model(), overrides, files, accept)
         }
-        Format::Json => match recognise_start(text.as_ref()).refused_as(format) {
+        Format::Json => match recognise_start((*text).as_ref()).refused_as(format) {
             Some(problem) => Err(Problems::one(problem).into()),
             None => load_json(text, overrides, files, accept),
         },
         Format::Nff => {
             let start = Instant::now();
-            let mut description = nff::read_nff(text.as_ref(), overrides.nff)?;
+            let mut description = nff::read_nff((*text).as_ref(), overrides.nff)?;
             drop(text);
             overrides.apply(&mut description);
             let steps = Steps::read(start);
@@ -153,16 +170,16 @@ pub fn load_if<E>(
 
 /// Loads a model; without a kind it is in several parts.
 fn load_model<E>(
-    bytes: impl AsRef<[u8]>,
+    bytes: Text<'_>,
     kind: Option<ModelFormat>,
     overrides: &Overrides,
     files: &dyn Files,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
+    accept: Accept<'_, E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
     let imported = match kind {
-        Some(kind) => model::import(kind, bytes.as_ref(), overrides, files)?,
-        None => model::import_parts(bytes.as_ref(), overrides)?,
+        Some(kind) => model::import(kind, (*bytes).as_ref(), overrides, files)?,
+        None => model::import_parts((*bytes).as_ref(), overrides)?,
     };
     drop(bytes);
     let model::Imported { mut description, from_files, views, pictures: names } = imported;
@@ -203,13 +220,13 @@ pub(super) fn meant<E>(description: &Description, error: NotLoaded<E>) -> NotLoa
 }
 
 fn load_json<E>(
-    text: impl AsRef<[u8]>,
+    text: Text<'_>,
     overrides: &Overrides,
     files: &dyn Files,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
+    accept: Accept<'_, E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
-    let json = read::strip_mark(text.as_ref());
+    let json = read::strip_mark((*text).as_ref());
     match read_json(json) {
         Ok(mut description) => {
             // A mistake in the scene is reported even where an override replaces it.
@@ -233,17 +250,16 @@ fn load_json<E>(
             let text = (!whole.definitions.is_empty()).then_some(text);
             let built = steps.build(&whole, NffOptions::default(), pictures, warnings, known);
             let scene = built.map_err(|problems| {
-                let json = text.as_ref().map_or(&[][..], |text| read::strip_mark(text.as_ref()));
+                let json = text.as_ref().map_or(&[][..], |text| read::strip_mark((**text).as_ref()));
                 overrides.located(json, meant(&description, NotLoaded::Problems(problems)))
             })?;
             drop(whole);
             Ok(steps.loaded(description, scene, NffOptions::default(), assets))
         }
         Err(Unreadable { problems, mended }) => {
-            let text = json;
             unless_cancelled()?;
             // Only what is no scene is looked through for glTF.
-            match recognise(text) {
+            match recognise(json) {
                 Recognised::Gltf => return load_model(text, Some(ModelFormat::Gltf), overrides, files, accept),
                 other => {
                     if let Some(problem) = other.refused_as(Format::Json) {
@@ -252,7 +268,7 @@ fn load_json<E>(
                 }
             }
             Err(NotLoaded::Problems(match mended {
-                Some(mended) => with_rest(text, problems, *mended, overrides),
+                Some(mended) => with_rest(json, problems, *mended, overrides),
                 None => problems,
             }))
         }
@@ -277,7 +293,7 @@ impl Steps {
         &self,
         description: &'a Description,
         files: &dyn Files,
-        accept: impl FnOnce(&Description) -> Result<(), E>,
+        accept: Accept<'_, E>,
         original: Option<Original<'a>>,
     ) -> Result<(Pictures, Vec<Problem>), NotLoaded<E>> {
         unless_cancelled()?;

@@ -31,6 +31,6 @@ pub mod world;
 pub use compile::Scene;
 pub use description::Description;
 pub use files::{Files, KnownScene, NoFiles};
-pub use load::{Format, Loaded, NotLoaded, load, load_if, load_with};
+pub use load::{Accept, Format, Loaded, NotLoaded, load, load_if, load_with};
 pub use overrides::Overrides;
 pub use problem::{Problem, Problems};

@@ -6,7 +6,7 @@
 use super::check::settings_are_sound;
 use super::compile::Original;
 use super::files::Files;
-use super::load::{NotLoaded, Steps, meant, prepare, with_rest};
+use super::load::{Accept, NotLoaded, Steps, meant, prepare, with_rest};
 use super::nff::NffOptions;
 use super::problem::{Code, unless_cancelled};
 use super::read::{Unreadable, read_json};
@@ -23,19 +23,19 @@ pub fn vary_if<E>(
     patch: &[u8],
     overrides: &Overrides,
     files: &dyn Files,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
+    accept: Accept<'_, E>,
 ) -> Result<Loaded, NotLoaded<E>> {
-    vary_with(original, patch, |_| Ok(()), overrides, files, accept)
+    vary_with(original, patch, &|_| Ok(()), overrides, files, accept)
 }
 
 /// The same for what `change` makes of the patched scene.
 pub fn vary_with<E>(
     original: Original<'_>,
     patch: &[u8],
-    change: impl FnOnce(&mut Description) -> Result<(), Problem>,
+    change: &dyn Fn(&mut Description) -> Result<(), Problem>,
     overrides: &Overrides,
     files: &dyn Files,
-    accept: impl FnOnce(&Description) -> Result<(), E>,
+    accept: Accept<'_, E>,
 ) -> Result<Loaded, NotLoaded<E>> {
     let start = Instant::now();
     let mut description = described(original.description, patch, overrides).map_err(without_places)?;

@@ -1,10 +1,10 @@
 //! Another view of a model: a variation of the first, with which it has bodies and materials in common.
 
 use super::compile::Original;
-use super::load::{Loaded, NotLoaded, Steps};
+use super::load::{Accept, Loaded, NotLoaded, Steps};
 use super::model::Views;
 use super::nff::NffOptions;
-use super::{Description, Files, Overrides};
+use super::{Files, Overrides};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ impl Views {
         original: Original<'_>,
         overrides: &Overrides,
         files: &dyn Files,
-        accept: impl FnOnce(&Description) -> Result<(), E>,
+        accept: Accept<'_, E>,
     ) -> Result<Option<Loaded>, NotLoaded<E>> {
         let (start, own) = (Instant::now(), original.description);
         let seen = self.seen(&own.objects[..self.bodies.min(own.objects.len())], &own.definitions, overrides)?;

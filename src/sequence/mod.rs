@@ -21,7 +21,7 @@ use crate::scene::files::Files;
 use crate::scene::limits::Limit;
 use crate::scene::problem::Problem;
 use crate::scene::variation::vary_with;
-use crate::scene::{Description, Loaded, NotLoaded, Overrides, Problems};
+use crate::scene::{Accept, Description, Loaded, NotLoaded, Overrides, Problems};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -166,10 +166,10 @@ impl<'a> Frame<'a> {
         original: Original<'_>,
         overrides: &Overrides,
         files: &dyn Files,
-        accept: impl FnOnce(&Description) -> Result<(), E>,
+        accept: Accept<'_, E>,
     ) -> Result<Loaded, NotLoaded<E>> {
         let overrides = overrides.again(original.description.image);
-        let loaded = vary_with(original, self.patch(), |scene| self.place(scene), &overrides, files, accept);
+        let loaded = vary_with(original, self.patch(), &|scene| self.place(scene), &overrides, files, accept);
         loaded.map_err(|error| match error {
             NotLoaded::Problems(problems) => NotLoaded::Problems(self.named(problems)),
             refused => refused,

@@ -113,7 +113,7 @@ fn answer(question: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
     }
     let limits = &app.service.settings.answers;
     let accept = |scene: &Description| if analyze { limits.check_unbuilt(scene, None) } else { Ok(()) };
-    let Found { ready, loading, .. } = app.service.scenes.find_if(&work.workers, sent, accept)?;
+    let Found { ready, loading, .. } = app.service.scenes.find_if(&work.workers, sent, &accept)?;
     plan(app, work, &ready, loading, analyze)
 }
 

@@ -15,6 +15,7 @@ use crate::service::scheduler::admission::Work;
 use strahl::film::{FileFormat, Film, PictureFormat, Region, encode, encode_gray};
 use strahl::inspect::maps::MapKind;
 use strahl::render::Layers;
+use strahl::scene::Description;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "A map of the picture: a number for each pixel.\n\nMost take about as long as the picture; `step=8` shows in \
@@ -141,8 +142,8 @@ fn asked(query: &mut Query) -> Asked {
 
 fn answer(Question { app, work, sent, .. }: Question<'_>, asked: Asked) -> Result<Answer, Problem> {
     let limits = &app.service.settings.answers;
-    let accept = |scene: &_| limits.check_unbuilt(scene, asked.part);
-    let ready = app.service.scenes.find_if(&work.workers, sent, accept)?.ready;
+    let accept = |scene: &Description| limits.check_unbuilt(scene, asked.part);
+    let ready = app.service.scenes.find_if(&work.workers, sent, &accept)?.ready;
     Ok(drawn(app, work, &ready, &asked)?.warning(&ready.scene.warnings))
 }
 

@@ -110,13 +110,8 @@ fn measured(
     // Scenes in the cache have no description, which is needed to change settings.
     let scenes = &app.service.scenes;
     let limits = &app.service.settings.answers;
-    let loaded = scenes.build(
-        &work.workers,
-        sent,
-        |scene| limits.check_unbuilt(scene, None),
-        |Built { loaded, original }, share| (loaded, original, share),
-    )?;
-    let (loaded, _original, mut share) = loaded;
+    let built = scenes.build(&work.workers, sent, &|scene| limits.check_unbuilt(scene, None))?;
+    let Built { loaded, original: _original, mut share } = built;
     let region = Region::whole(loaded.scene.width, loaded.scene.height);
     limits.check(region, loaded.scene.samples)?;
     // The scene in both precisions, and pictures of all settings and references.

@@ -155,7 +155,7 @@ fn overlay(
             let overrides = Overrides { seen_from: spec.seen_from, ..sent.overrides };
             let other = SentScene::new(sent.text, sent.form, &overrides);
             let accept = |scene: &Description| limits.check_unbuilt(scene, None);
-            Some(app.service.scenes.find_if(&work.workers, &other, accept)?.ready)
+            Some(app.service.scenes.find_if(&work.workers, &other, &accept)?.ready)
         }
         None => None,
     };

@@ -189,7 +189,7 @@ impl Film<'_> {
         let overrides: &Overrides = &spec.settings;
         let frame = sequence.frame(number);
         let alone = locked(pool);
-        let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, |_| Ok(())));
+        let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, &|_| Ok(())));
         let ready = ready.map_err(|error| job.why_stopped_or(error.into()))?;
         let rendering = job.begin_picture(Some(number));
         if edge == 0 {

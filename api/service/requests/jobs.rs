@@ -103,7 +103,7 @@ impl Service {
                 limits.check([width, height], scene.render.samples.unwrap_or(1))
             };
             let sent = SentScene::new(&scene, &form, &overrides);
-            let ready = service.scenes.find_if(&work.workers, &sent, accept)?.ready;
+            let ready = service.scenes.find_if(&work.workers, &sent, &accept)?.ready;
             let size = [ready.scene.width, ready.scene.height];
             limits.check(size, ready.scene.samples)?;
             let region = Region::whole(size[0], size[1]);

@@ -82,7 +82,7 @@ impl Source {
             Self::Sent(upload) => {
                 let limits = &service.settings.answers;
                 let accept = |scene: &Description| spec.map_or(Ok(()), |spec| limits.check_unbuilt(scene, spec.region));
-                Ok((service.scenes.find_if(&work.workers, &upload.sent(), accept)?, 0))
+                Ok((service.scenes.find_if(&work.workers, &upload.sent(), &accept)?, 0))
             }
             Self::Known(image) => Ok((service.known_scene(work, &image.scene)?, image.zoom)),
         }

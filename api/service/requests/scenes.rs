@@ -3,7 +3,7 @@
 use super::Service;
 use crate::service::error::Error;
 use crate::service::pictures::spec::size_of;
-use crate::service::scenes::cache::{Built, Found};
+use crate::service::scenes::cache::Found;
 use crate::service::scenes::ids::{ImageId, canonical, is_scene_id};
 use crate::service::scenes::prepared::{PreparedScene, planned};
 use crate::service::scenes::sent_scene::{Form, SentScene};
@@ -55,11 +55,9 @@ impl Service {
         let ready = match self.scenes.cached(Some(tenant), &sent.key).filter(|ready| store.has(&ready.scene_id)) {
             Some(ready) => ready,
             None => {
-                let read = |Built { mut loaded, original }, share| {
-                    let text = canonical(&mut loaded.description);
-                    (PreparedScene::new(loaded, original.as_ref()).with(share), text)
-                };
-                let (ready, text) = self.scenes.build(&work.workers, sent, |_| Ok(()), read)?;
+                let mut built = self.scenes.build(&work.workers, sent, &|_| Ok(()))?;
+                let (text, ready) =
+                    work.workers.work(|| (canonical(&mut built.loaded.description), built.prepared()))?;
                 if !ready.reproducible {
                     return Err(Error::NoIds(
                         "pictures of this scene have no id, since files or a clock decide on them: put its textures into \
@@ -143,8 +141,8 @@ impl Service {
 
     /// The canonical text of a scene that was sent.
     pub(super) fn canonical_text(&self, work: &Work, sent: &SentScene<'_>) -> Result<Vec<u8>, Error> {
-        let read = |Built { mut loaded, .. }, _| canonical(&mut loaded.description);
-        self.scenes.build(&work.workers, sent, |_| Ok(()), read)
+        let mut built = self.scenes.build(&work.workers, sent, &|_| Ok(()))?;
+        Ok(work.workers.work(|| canonical(&mut built.loaded.description))?)
     }
 
     /// How a variation of a scene is sent, for an owner who may read the scene.

@@ -82,7 +82,7 @@ impl Service {
                 let first = common.map_or([width, height], |common: Common| common.size);
                 if first == [width, height] { Ok(()) } else { Err(other_size(frame.number, [width, height], first)) }
             };
-            let ready = self.scenes.frame(&work.workers, &base, frame, &sent.overrides, accept)?;
+            let ready = self.scenes.frame(&work.workers, &base, frame, &sent.overrides, &accept)?;
             let size = [ready.scene.width, ready.scene.height];
             limits.check(size, ready.scene.samples)?;
             let own = Common { size, transparent: ready.scene.is_transparent() };

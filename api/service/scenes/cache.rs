@@ -66,24 +66,53 @@ pub(crate) struct Found {
     pub(crate) cached: bool,
 }
 
-/// A scene that was built, and the one that it is a variation of.
+/// A scene that was built.
 #[derive(Debug)]
 pub(crate) struct Built {
     /// The scene.
     pub(crate) loaded: Loaded,
-    /// The other.
+    /// The one that it is a variation of.
     pub(crate) original: Option<Arc<PreparedScene>>,
+    /// The memory that it takes.
+    pub(crate) share: Share,
+}
+
+impl Built {
+    /// The scene without its description.
+    pub(crate) fn prepared(self) -> PreparedScene {
+        PreparedScene::new(self.loaded, self.original.as_ref()).with(self.share)
+    }
+
+    /// The scene with it, to make variations of.
+    pub(super) fn into_original(self) -> PreparedScene {
+        PreparedScene::to_vary(self.loaded, self.original.as_ref()).with(self.share)
+    }
 }
 
 /// Refuses a scene that was read and is not built yet.
-type Accept<'a> = Box<dyn FnOnce(&Description) -> Result<(), Error> + 'a>;
+pub(crate) type Accept<'a> = &'a (dyn Fn(&Description) -> Result<(), Error> + Sync);
 
-/// The same for who may ask several times.
-pub(super) type Accepts<'a> = &'a mut (dyn FnMut(&Description) -> Result<(), Error> + Send);
+/// Loads a scene that depends on another one.
+type Load<'a> = &'a (dyn Fn(Original<'_>, &Room<'_>, Accept<'_>) -> Result<Loaded, NotLoaded<Error>> + Sync);
 
-/// The scene without its description.
-fn prepared(Built { loaded, original }: Built, share: Share) -> PreparedScene {
-    PreparedScene::new(loaded, original.as_ref()).with(share)
+/// What reading a scene took, of which the scene of a request is a variation.
+pub(super) struct Spent {
+    parse_ms: f64,
+    plan_ms: f64,
+    bvh_ms: f64,
+}
+
+impl Spent {
+    pub(super) fn of(loaded: &Loaded) -> Self {
+        Self { parse_ms: loaded.parse_ms, plan_ms: loaded.plan_ms, bvh_ms: loaded.scene.bvh_ms }
+    }
+
+    /// The variation as this request has paid for it.
+    pub(super) fn on(self, mut loaded: Loaded) -> Loaded {
+        (loaded.parse_ms, loaded.plan_ms) = (self.parse_ms, self.plan_ms + loaded.plan_ms);
+        loaded.scene.bvh_ms += self.bvh_ms;
+        loaded
+    }
 }
 
 /// Bytes of the longest patch: as a tree of values it takes 16 times as much.
@@ -147,21 +176,17 @@ impl SceneCache {
 
     /// The scene, from the cache or else read, checked and compiled on the pool.
     pub(crate) fn find(&self, workers: &Workers, sent: &SentScene<'_>) -> Result<Found, Error> {
-        self.find_if(workers, sent, |_| Ok(()))
+        self.find_if(workers, sent, &|_| Ok(()))
     }
 
     /// The same, but a scene that `accept` refuses is not built.
-    pub(crate) fn find_if(
-        &self,
-        workers: &Workers,
-        sent: &SentScene<'_>,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-    ) -> Result<Found, Error> {
+    pub(crate) fn find_if(&self, workers: &Workers, sent: &SentScene<'_>, accept: Accept<'_>) -> Result<Found, Error> {
         if let Some(ready) = self.cached(sent.owner(workers), &sent.key) {
             return Ok(self.found(workers.tenant(), ready, sent.hash_ms));
         }
         self.hits.miss();
-        let ready = self.build(workers, sent, accept, prepared)?;
+        let built = self.build(workers, sent, accept)?;
+        let ready = workers.work(|| built.prepared())?;
         self.note(workers.tenant(), &ready);
         let loading = Loading { parse: sent.hash_ms + ready.loading.parse, ..ready.loading };
         Ok(Found { ready: self.keep(sent.key, ready), loading, cached: false })
@@ -195,15 +220,12 @@ impl SceneCache {
             let original = match &base {
                 Some(base) => Arc::clone(base),
                 None => {
-                    let read = |Built { loaded, original }, share| {
-                        PreparedScene::to_vary(loaded, original.as_ref()).with(share)
-                    };
-                    let built = Arc::new(self.build(workers, &unscaled, |_| Ok(()), read)?);
-                    Arc::clone(base.insert(built))
+                    let built = self.build(workers, &unscaled, &|_| Ok(()))?;
+                    Arc::clone(base.insert(Arc::new(workers.work(|| built.into_original())?)))
                 }
             };
-            let ready = self.vary(workers, original, (b"{}", overrides), |_| Ok(()), prepared)?;
-            Ok(self.keep(own.key, ready))
+            let built = self.vary(workers, original, (b"{}", overrides), &|_| Ok(()))?;
+            Ok(self.keep(own.key, workers.work(|| built.prepared())?))
         };
         settings.iter().map(&mut one).collect()
     }
@@ -213,9 +235,8 @@ impl SceneCache {
         if let Some(ready) = self.cached(sent.owner(workers), &sent.key).filter(|ready| ready.original().is_some()) {
             return Ok(ready);
         }
-        let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
-        let ready = self.build(workers, sent, |_| Ok(()), read)?;
-        Ok(self.keep(sent.key, ready))
+        let built = self.build(workers, sent, &|_| Ok(()))?;
+        Ok(self.keep(sent.key, workers.work(|| built.into_original())?))
     }
 
     /// The scene of a frame, unless `accept` refuses it.
@@ -225,11 +246,11 @@ impl SceneCache {
         original: &Arc<PreparedScene>,
         frame: Frame<'_>,
         overrides: &Overrides,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
+        accept: Accept<'_>,
     ) -> Result<PreparedScene, Error> {
-        let load =
-            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| frame.load_if(known, overrides, room, accept);
-        self.vary_by(workers, Arc::clone(original), frame.patch(), load, accept, prepared)
+        let load: Load<'_> = &|known, room, accept| frame.load_if(known, overrides, room, accept);
+        let built = self.vary_by(workers, Arc::clone(original), frame.patch(), load, accept)?;
+        Ok(workers.work(|| built.prepared())?)
     }
 
     /// The scene of an id with its description, of which variations are made.
@@ -239,9 +260,7 @@ impl SceneCache {
         }
         let (text, _share) = self.stored(id)?;
         let sent = SentScene::known(&text, &Form::JSON, &Overrides::default());
-        let read = |Built { loaded, original }, share| PreparedScene::to_vary(loaded, original.as_ref()).with(share);
-        let ready = self.build(workers, &sent, |_| Ok(()), read)?;
-        Ok(self.keep(sent.key, ready))
+        self.to_vary(workers, &sent)
     }
 
     /// The text of a stored scene, and the memory that it takes.
@@ -253,54 +272,40 @@ impl SceneCache {
         Ok((text, share))
     }
 
-    /// Reads a scene, checks and compiles it unless `accept` refuses it, and makes the result with `read`.
-    pub(crate) fn build<T: Send>(
-        &self,
-        workers: &Workers,
-        sent: &SentScene<'_>,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Built, Share) -> T + Send,
-    ) -> Result<T, Error> {
+    /// Reads a scene, checks and compiles it unless `accept` refuses it.
+    pub(crate) fn build(&self, workers: &Workers, sent: &SentScene<'_>, accept: Accept<'_>) -> Result<Built, Error> {
         let &SentScene { text, form, ref overrides, .. } = sent;
         let format = match form {
             Form::Whole(format) => *format,
             Form::Variation(id) => {
-                return self.vary(workers, self.original(workers, id)?, (text, overrides), accept, read);
+                return self.vary(workers, self.original(workers, id)?, (text, overrides), accept);
             }
         };
         if let Some(key) = sent.model_key() {
-            let first = |accept: Accepts<'_>| {
-                self.load(workers, sent, format, accept).map(|(loaded, share, _)| (loaded, share))
-            };
-            return self.view(workers, sent, key, accept, read, first);
+            return self.view(workers, sent, format, key, accept);
         }
-        let (loaded, share, base) = self.load(workers, sent, format, accept)?;
-        let has_models = !loaded.scene.assets.is_empty() && !loaded.scene.from_files && loaded.description.has_models();
-        if base.is_some() || !has_models {
-            return workers.work(|| read(Built { loaded, original: base }, share)).map_err(Error::from);
+        let built = self.load(workers, sent, format, accept)?;
+        let Loaded { scene, description, .. } = &built.loaded;
+        let has_models = !scene.assets.is_empty() && !scene.from_files && description.has_models();
+        if built.original.is_some() || !has_models {
+            return Ok(built);
         }
-        let (parse_ms, plan_ms, bvh_ms) = (loaded.parse_ms, loaded.plan_ms, loaded.scene.bvh_ms);
-        let base = Arc::new(workers.work(|| PreparedScene::to_vary(loaded, None).with(share))?);
+        let spent = Spent::of(&built.loaded);
+        let base = Arc::new(workers.work(|| built.into_original())?);
         let bytes = base.bytes();
         drop(self.placed.put(base.bodies, Arc::clone(&base), bytes));
-        let spent = |Built { mut loaded, original }, share| {
-            // What this request has spent is what reading the models took.
-            (loaded.parse_ms, loaded.plan_ms) = (parse_ms, plan_ms + loaded.plan_ms);
-            loaded.scene.bvh_ms += bvh_ms;
-            read(Built { loaded, original }, share)
-        };
-        self.vary(workers, base, (b"{}", &Overrides::default()), |_| Ok(()), spent)
+        let again = self.vary(workers, base, (b"{}", &Overrides::default()), &|_| Ok(()))?;
+        Ok(Built { loaded: spent.on(again.loaded), ..again })
     }
 
-    /// Reads, checks and compiles a scene unless `accept` refuses it. Returns it with the memory that it takes, and the scene that it
-    /// is a variation of.
-    fn load(
+    /// Reads, checks and compiles a scene unless `accept` refuses it.
+    pub(super) fn load(
         &self,
         workers: &Workers,
         sent: &SentScene<'_>,
         format: Format,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-    ) -> Result<(Loaded, Share, Option<Arc<PreparedScene>>), Error> {
+        accept: Accept<'_>,
+    ) -> Result<Built, Error> {
         let &SentScene { text, ref overrides, .. } = sent;
         let files = self.files(sent.owner(workers));
         let room = Room::new(&files, self.memory.share(text.len() as u64));
@@ -312,39 +317,36 @@ impl SceneCache {
                 accept(description)?;
                 room.take(building_bytes(description))
             };
-            let loaded = load_if(text, format, overrides, &room, accept);
+            let loaded = load_if(text, format, overrides, &room, &accept);
             room.refusal()?;
             loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(build)??;
-        let base = room.base();
-        Ok((loaded, room.into_share(), base))
+        let original = room.base();
+        Ok(Built { loaded, original, share: room.into_share() })
     }
 
     /// The same for what a patch and settings make of another scene.
-    fn vary<T: Send>(
+    fn vary(
         &self,
         workers: &Workers,
         original: Arc<PreparedScene>,
         (patch, overrides): (&[u8], &Overrides),
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Built, Share) -> T + Send,
-    ) -> Result<T, Error> {
-        let load =
-            |known: Original<'_>, room: &Room<'_>, accept: Accept<'_>| vary_if(known, patch, overrides, room, accept);
-        self.vary_by(workers, original, patch, load, accept, read)
+        accept: Accept<'_>,
+    ) -> Result<Built, Error> {
+        let load: Load<'_> = &|known, room, accept| vary_if(known, patch, overrides, room, accept);
+        self.vary_by(workers, original, patch, load, accept)
     }
 
     /// The same for what `load` makes of another scene, with a patch.
-    fn vary_by<T: Send>(
+    fn vary_by(
         &self,
         workers: &Workers,
         original: Arc<PreparedScene>,
         patch: &[u8],
-        load: impl FnOnce(Original<'_>, &Room<'_>, Accept<'_>) -> Result<Loaded, NotLoaded<Error>> + Send,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Built, Share) -> T + Send,
-    ) -> Result<T, Error> {
+        load: Load<'_>,
+        accept: Accept<'_>,
+    ) -> Result<Built, Error> {
         let files = self.files(Some(workers.tenant()));
         let room = Room::new(&files, self.memory.share(patch.len() as u64));
         let vary = || {
@@ -354,13 +356,12 @@ impl SceneCache {
                 accept(description)?;
                 room.take(known.building_bytes(description))
             };
-            let loaded = load(known, &room, Box::new(accept));
+            let loaded = load(known, &room, &accept);
             room.refusal()?;
             loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(vary)??;
-        let share = room.into_share();
-        workers.work(|| read(Built { loaded, original: Some(original) }, share)).map_err(Error::from)
+        Ok(Built { loaded, original: Some(original), share: room.into_share() })
     }
 
     /// The built scene of a key, if it is in the cache and a tenant has the assets that it names.

@@ -21,6 +21,7 @@ use strahl::control::{Cancelled, checkpoint};
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::Description;
 use strahl::scene::description::{Accuracy, Material, Object, RenderSettings};
+use strahl::scene::read::read_json;
 
 /// Largest zoom: a scene may be opened as 2^16 times its size.
 pub(crate) const MAX_ZOOM: u32 = 16;
@@ -64,7 +65,7 @@ pub(crate) fn is_id_of_text(id: &str, text: &[u8]) -> bool {
         id == scene_id(&mut scene, bodies)
             || id == named(&hashed(ID_VERSION_AS_A_WHOLE, |to| write_canonical(&mut scene, to)))
     };
-    id == named(&Sha256::digest(text)) || serde_json::from_slice(text).is_ok_and(is_id_of)
+    id == named(&Sha256::digest(text)) || read_json(text).is_ok_and(is_id_of)
 }
 
 /// The hash of what is written, begun with a prefix.

@@ -1,7 +1,7 @@
 //! Views of models: the first one is kept with its description, and each other view of the same file is a variation of it. Then
 //! nothing is read, decoded and built again.
 
-use super::cache::{Accepts, Built, SceneCache};
+use super::cache::{Accept, Built, SceneCache, Spent};
 use super::prepared::PreparedScene;
 use super::room::Room;
 use super::sent_scene::{Form, Key, SentScene};
@@ -11,7 +11,7 @@ use crate::service::scheduler::pool::Workers;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use strahl::scene::model::ModelOptions;
-use strahl::scene::{Description, Loaded};
+use strahl::scene::{Description, Format, Loaded};
 
 /// Bytes of the longest model that is kept with its description, which takes as much memory again as the built scene.
 const KEPT: usize = 32 << 20;
@@ -31,39 +31,33 @@ impl SentScene<'_> {
 }
 
 impl SceneCache {
-    /// A view of a model: of one that is kept, or of one that is read by `first`.
-    pub(super) fn view<T: Send>(
+    /// A view of a model: of one that is kept, or of one that is read.
+    pub(super) fn view(
         &self,
         workers: &Workers,
         sent: &SentScene<'_>,
+        format: Format,
         key: Key,
-        accept: impl FnOnce(&Description) -> Result<(), Error> + Send,
-        read: impl FnOnce(Built, Share) -> T + Send,
-        first: impl FnOnce(Accepts<'_>) -> Result<(Loaded, Share), Error>,
-    ) -> Result<T, Error> {
-        let mut accept = Some(accept);
-        let mut accept = |description: &Description| accept.take().map_or(Ok(()), |accept| accept(description));
+        accept: Accept<'_>,
+    ) -> Result<Built, Error> {
         let known = [true, false].map(|has_floor| self.models.get(&(key, has_floor)));
         for base in known.into_iter().flatten() {
-            if let Some((loaded, share)) = self.seen_again(workers, sent, &base, &mut accept)? {
-                return made(workers, read, Built { loaded, original: Some(base) }, share);
+            if let Some((loaded, share)) = self.seen_again(workers, sent, &base, accept)? {
+                return Ok(Built { loaded, original: Some(base), share });
             }
         }
-        let (loaded, share) = first(&mut accept)?;
-        if loaded.scene.from_files || loaded.views.is_none() {
-            return made(workers, read, Built { loaded, original: None }, share);
-        }
-        let has_floor = loaded.views.as_ref().is_some_and(|views| views.has_floor(&loaded.description));
-        let (parse_ms, plan_ms, bvh_ms) = (loaded.parse_ms, loaded.plan_ms, loaded.scene.bvh_ms);
-        let base = Arc::new(workers.work(|| PreparedScene::to_vary(loaded, None).with(share))?);
-        let again = self.seen_again(workers, sent, &base, &mut accept)?;
-        let (mut loaded, share) = again.ok_or(Error::Internal("a view of a model is not seen again"))?;
-        // What this request has spent is what reading the model took.
-        (loaded.parse_ms, loaded.plan_ms) = (parse_ms, plan_ms + loaded.plan_ms);
-        loaded.scene.bvh_ms += bvh_ms;
+        let first = self.load(workers, sent, format, accept)?;
+        let Some(views) = first.loaded.views.as_ref().filter(|_| !first.loaded.scene.from_files) else {
+            return Ok(first);
+        };
+        let has_floor = views.has_floor(&first.loaded.description);
+        let spent = Spent::of(&first.loaded);
+        let base = Arc::new(workers.work(|| first.into_original())?);
+        let again = self.seen_again(workers, sent, &base, accept)?;
+        let (loaded, share) = again.ok_or(Error::Internal("a view of a model is not seen again"))?;
         let bytes = base.bytes();
         drop(self.models.put((key, has_floor), Arc::clone(&base), bytes));
-        made(workers, read, Built { loaded, original: Some(base) }, share)
+        Ok(Built { loaded: spent.on(loaded), original: Some(base), share })
     }
 
     /// A view as a variation of another one; none if only one of the two has a floor.
@@ -72,7 +66,7 @@ impl SceneCache {
         workers: &Workers,
         sent: &SentScene<'_>,
         base: &PreparedScene,
-        accept: Accepts<'_>,
+        accept: Accept<'_>,
     ) -> Result<Option<(Loaded, Share)>, Error> {
         let files = self.files(sent.owner(workers));
         let room = Room::new(&files, self.memory.share(sent.text.len() as u64));
@@ -83,20 +77,11 @@ impl SceneCache {
                 accept(description)?;
                 room.take(original.building_bytes(description))
             };
-            let loaded = views.again(original, &sent.overrides, &room, accept);
+            let loaded = views.again(original, &sent.overrides, &room, &accept);
             room.refusal()?;
             loaded.map_err(Error::from)
         };
         let loaded = workers.work(again)??;
         Ok(loaded.map(|loaded| (loaded, room.into_share())))
     }
-}
-
-fn made<T: Send>(
-    workers: &Workers,
-    read: impl FnOnce(Built, Share) -> T + Send,
-    built: Built,
-    share: Share,
-) -> Result<T, Error> {
-    workers.work(|| read(built, share)).map_err(Error::from)
 }

@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use strahl::control::Control;
+use tokio::sync::oneshot;
 use tokio::time::timeout_at;
 
 /// Requests under way beside those that wait: one renders while another encodes its picture.
@@ -80,6 +81,15 @@ impl Queue {
         task: Task,
         work: impl FnOnce(&Work) -> Result<T, E> + Send + 'static,
     ) -> Result<Done<T>, E> {
+        let (sender, receiver) = oneshot::channel();
+        let queue_ms = self.wait_for(task, Box::new(|context| drop(sender.send(work(context))))).await?;
+        let value = receiver.await.map_err(|_| Error::Internal("the work has ended without a result"))?;
+        Ok(Done { value: value?, queue_ms })
+    }
+
+    /// The same for work of any kind, whose result goes another way: it is compiled once for all of them. Returns the milliseconds
+    /// that it waited.
+    async fn wait_for(&self, task: Task, work: Box<dyn FnOnce(&Work) + Send>) -> Result<f64, Error> {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
         let most = if self.taken() < self.size { u32::MAX } else { GUARANTEED };
@@ -97,25 +107,25 @@ impl Queue {
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let entered = context.control.enter();
-            let value = work(&context);
+            work(&context);
             drop(entered);
             let took = context.started.elapsed();
             if context.control.is_cancelled() {
                 canceled.fetch_add(microseconds(took), Ordering::Relaxed);
             }
             drop((context, running));
-            (value, took)
+            took
         });
         match timeout_at(deadline, work).await {
-            Ok(Ok((value, took))) => {
+            Ok(Ok(took)) => {
                 self.pace.record(took);
-                Ok(Done { value: value?, queue_ms })
+                Ok(queue_ms)
             }
             Ok(Err(panic)) => {
                 let text =
                     panic.try_into_panic().map_or_else(|_| "it was aborted".into(), |payload| panic_text(&*payload));
                 tracing::error!(panic = text, "a request panicked");
-                Err(Error::Internal("the render failed; the service goes on, and its log says more").into())
+                Err(Error::Internal("the render failed; the service goes on, and its log says more"))
             }
             Err(_) => {
                 let seconds = self.patience.as_secs_f64();
@@ -127,7 +137,7 @@ impl Queue {
                 if let Some(dear) = dear.get() {
                     detail.push_str(&format!("; {dear}"));
                 }
-                Err(Error::Deadline(detail).into())
+                Err(Error::Deadline(detail))
             }
         }
     }

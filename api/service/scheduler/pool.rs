@@ -91,10 +91,17 @@ impl Workers {
         self.run(slices, work)
     }
 
-    fn run<T: Send>(&self, _slices: Slices, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
-        let result = self.threads_of_its_own()?.install(work);
+    fn run<T: Send>(&self, slices: Slices, work: impl FnOnce() -> T + Send) -> Result<T, Cancelled> {
+        let (mut work, mut result) = (Some(work), None);
+        self.install(slices, &mut || result = work.take().map(|work| work()))?;
+        result.ok_or(Cancelled)
+    }
+
+    /// Work of any kind, so that handing it over is compiled once and not for each of 160 kinds.
+    fn install(&self, _slices: Slices, work: &mut (dyn FnMut() + Send)) -> Result<(), Cancelled> {
+        self.threads_of_its_own()?.install(work);
         // What cancelled work has made may be cut short anywhere.
-        if self.control.is_cancelled() { Err(Cancelled) } else { Ok(result) }
+        if self.control.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
     /// How many threads there are.

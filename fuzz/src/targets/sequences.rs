@@ -39,7 +39,7 @@ pub(super) fn json(text: &[u8]) {
         Overrides { width: Some(4), height: Some(4), max_depth: Some(3), samples: Some(1), ..Overrides::default() };
     for number in [0, last / 2, last] {
         let accept = |_: &_| Ok::<_, Infallible>(());
-        match sequence.frame(number).load_if(original, &settings, &NoFiles, accept) {
+        match sequence.frame(number).load_if(original, &settings, &NoFiles, &accept) {
             Ok(loaded) => {
                 let picture =
                     render(&loaded.scene, Region::whole(4, 4), &Control::default()).expect("nobody cancels it");

@@ -4,6 +4,7 @@
 //! it.
 
 use super::diagnose::{Finding, Mend, Part};
+use super::strictly;
 use crate::scene::Description;
 use crate::scene::problem::{Code, Problem};
 use serde_json::{Value, json};
@@ -57,7 +58,9 @@ pub(super) fn mend(mut scene: Value, findings: &[Finding]) -> Option<Mended> {
             replaced.push(format!("/{key}"));
         }
     }
-    Some(Mended { description: serde_json::from_value(scene).ok()?, replaced })
+    // As a text, since reading trees, too, would be as much code again as reading scenes.
+    let text = serde_json::to_vec(&scene).ok()?;
+    Some(Mended { description: strictly(&text).ok()?, replaced })
 }
 
 fn replace(scene: &mut Value, part: &Part) {

@@ -58,7 +58,7 @@ fn loaded(text: &Value, overrides: &Overrides) -> Result<Loaded, Problems> {
 fn varied(original: &Loaded, patch: &Value, overrides: &Overrides) -> Result<Loaded, Problems> {
     let known = Original { description: &original.description, scene: &original.scene };
     let accept = |_: &_| Ok::<_, Infallible>(());
-    vary_if(known, patch.to_string().as_bytes(), overrides, &NoFiles, accept)
+    vary_if(known, patch.to_string().as_bytes(), overrides, &NoFiles, &accept)
         .map_err(|NotLoaded::Problems(problems)| problems)
 }
 
@@ -251,7 +251,7 @@ fn problems_are_those_of_the_result() {
     }
     let deep = format!("{}0{}", "{\"fog\":".repeat(5_000), "}".repeat(5_000));
     let known = Original { description: &original.description, scene: &original.scene };
-    let refused = vary_if(known, deep.as_bytes(), &Overrides::default(), &NoFiles, |_| Ok::<_, Infallible>(()));
+    let refused = vary_if(known, deep.as_bytes(), &Overrides::default(), &NoFiles, &|_| Ok::<_, Infallible>(()));
     let Err(NotLoaded::Problems(problems)) = refused else { panic!("it is too deep") };
     assert!(problems.to_string().contains("recursion"), "{problems}");
 }

@@ -52,7 +52,7 @@ fn unchecked(json: &Value) -> Sequence {
 fn frame(base: &Loaded, sequence: &Sequence, number: u32) -> Result<Loaded, Problems> {
     let original = Original { description: &base.description, scene: &base.scene };
     let accept = |_: &_| Ok::<_, Infallible>(());
-    let loaded = sequence.frame(number).load_if(original, &Overrides::default(), &NoFiles, accept);
+    let loaded = sequence.frame(number).load_if(original, &Overrides::default(), &NoFiles, &accept);
     loaded.map_err(|NotLoaded::Problems(problems)| problems)
 }
 
@@ -202,7 +202,7 @@ fn animations_of_models_go_on() {
     let sequence = sequence(json!({ "count": 4, "rate": 10, "play": 2 }));
     let frame = |base: &Loaded, number| {
         let original = Original { description: &base.description, scene: &base.scene };
-        sequence.frame(number).load_if(original, &Overrides::default(), &Models, accept)
+        sequence.frame(number).load_if(original, &Overrides::default(), &Models, &accept)
     };
     let base = with([Some(0.5), Some(0.0)]);
     let mut pictures = Vec::new();

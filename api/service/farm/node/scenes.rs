@@ -107,7 +107,7 @@ impl NodeScenes {
             if let Some(number) = frame {
                 let (sequence, scene) = split(text.as_ref()).ok_or(Error::Internal("the text is no sequence"))?;
                 let base = scenes.cache.to_vary(&workers, &SentScene::new(scene, &form, &settings))?;
-                let ready = scenes.cache.frame(&workers, &base, sequence.frame(number), &settings, |_| Ok(()))?;
+                let ready = scenes.cache.frame(&workers, &base, sequence.frame(number), &settings, &|_| Ok(()))?;
                 return Ok((None, Arc::new(ready)));
             }
             let sent = SentScene::new(text.as_ref(), &form, &settings);
