@@ -178,8 +178,9 @@ impl Obstacle {
             _ => Place::In(bounds),
         };
         let folds = match &item.shape {
-            Shape::Sphere(_) | Shape::Plane(_) | Shape::Disc(_) => false,
-            Shape::Cuboid(_) | Shape::Frustum(_) => !item.closed,
+            Shape::Plane(_) | Shape::Disc(_) => false,
+            // Of sheets the inside is seen, too.
+            Shape::Sphere(_) | Shape::Cuboid(_) | Shape::Frustum(_) => !item.closed,
             Shape::Mesh(mesh) => !is_flat(mesh),
             Shape::Torus(_) | Shape::Instance(_) => true,
         };

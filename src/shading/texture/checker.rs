@@ -62,12 +62,16 @@ impl<R: Real> BaseColor<R> {
     }
 }
 
+/// Tiles from a border within which a surface may lie on it: more than the roundings of a hit in single precision.
+const NEAR: f64 = 1e-4;
+
 /// The mean over an interval of the function that is 1 between an even number and the next one, and -1 beyond that: an axis of
 /// a checkerboard (Apodaca and Gritz, Advanced RenderMan, 1999; Quilez, Filtering the Checkerboard Pattern, 2017).
 #[inline(always)]
 fn stripes<L: Lanes>(s: L::Simd, p: L, extent: L) -> L {
     // Far beyond any tile that a mean still shows.
     let extent = extent.min(L::lit(s, 1e30));
+    let p = off_border(s, p, extent);
     let (half, one, two) = (L::lit(s, 0.5), L::lit(s, 1.0), L::lit(s, 2.0));
     let here = from_even(s, p);
     let sign = L::select(here.lt(L::lit(s, 0.0)), -one, one);
@@ -78,6 +82,15 @@ fn stripes<L: Lanes>(s: L::Simd, p: L, extent: L) -> L {
     let reach = extent * half;
     let wide = (from_even(s, here + reach).abs() - from_even(s, here - reach).abs()) / extent.max(one);
     L::select(extent.le(one), narrow, wide)
+}
+
+/// What lies on a border and does not leave it, such as a side of a box, is in the tile behind it: the mean of both would be grey,
+/// and roundings would choose between them from pixel to pixel.
+#[inline(always)]
+fn off_border<L: Lanes>(s: L::Simd, p: L, extent: L) -> L {
+    let near = L::lit(s, NEAR);
+    let border = (p + L::lit(s, 0.5)).floor();
+    L::select(extent.lt(near) & (p - border).abs().lt(near), border + near, p)
 }
 
 /// Distance from the nearest even number, at most 1, exact and with its sign.
@@ -107,6 +120,18 @@ mod tests {
                 mean(p, extent),
                 sum / 4_000.0
             );
+        }
+    }
+
+    #[test]
+    fn what_lies_on_a_border_is_in_the_tile_behind_it() {
+        for border in [-3.0, 0.0, 7.0, 1e5] {
+            let expected = if (border as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
+            for off in [-5e-5, -1e-7, 0.0, 1e-7, 5e-5] {
+                for extent in [0.0, 1e-9, 5e-5] {
+                    assert_eq!(mean(border + off, extent), expected, "{border} {off} {extent}");
+                }
+            }
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::looks::Looks;
 use super::mipmap::Mipmap;
-use crate::lanes::{Double, MAX_LANES, V3, lanes_of, log2};
+use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of, log2};
 
 /// What lies beyond the edges of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,14 +90,8 @@ impl Mipmap {
 
     /// The means over footprints around (u, v), given by their two axes, from side to side.
     #[inline(always)]
-    pub fn average<W: Double>(
-        &self,
-        s: W::Simd,
-        [u, v]: [W; 2],
-        axes: [[W; 2]; 2],
-        sampler: Sampler,
-        lanes: u32,
-    ) -> V3<W> {
+    pub fn average<W: Double>(&self, s: W::Simd, uv: [W; 2], axes: [[W; 2]; 2], sampler: Sampler, lanes: u32) -> V3<W> {
+        let ([u, v], axes) = within_edges(s, uv, axes, sampler.wrap);
         let (one, most) = (W::lit(s, 1.0), W::lit(s, MOST_LOOKS));
         let [a, b] = [self.texels_along(s, axes[0]), self.texels_along(s, axes[1])];
         let first = a.gt(b);
@@ -134,6 +128,40 @@ impl Mipmap {
         let (across, down) = (u * W::lit(s, width), v * W::lit(s, height));
         (across * across + down * down).sqrt()
     }
+}
+
+/// Footprints where edges are continued, as others inside of the picture: what lies beyond an edge is on it. They have the mean and the
+/// variance of the places that the footprint sees.
+#[inline(always)]
+fn within_edges<W: Double>(
+    s: W::Simd,
+    mut uv: [W; 2],
+    mut axes: [[W; 2]; 2],
+    wrap: [Wrap; 2],
+) -> ([W; 2], [[W; 2]; 2]) {
+    let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
+    for i in 0..2 {
+        let width = (axes[0][i].abs() + axes[1][i].abs()).min(W::lit(s, WIDEST));
+        let half = width * W::lit(s, 0.5);
+        let (start, end) = (uv[i] - half, uv[i] + half);
+        let leaves = start.lt(zero) | end.gt(one);
+        if wrap[i] != Wrap::Clamp || !leaves.any() {
+            continue;
+        }
+        let width = width.max(W::lit(s, 1.0 / WIDEST));
+        let (low, high) = (start.max(zero).min(one), end.max(zero).min(one));
+        let inside = ((high - low) / width).min(one);
+        let partly = W::select(end.gt(one), ((end - one) / width).min(one), zero);
+        let above = W::select(start.lt(one), partly, one);
+        let mean = inside * W::lit(s, 0.5) * (low + high) + above;
+        let square = inside * (low * low + low * high + high * high) / W::lit(s, 3.0) + above;
+        let spread = (W::lit(s, 12.0) * (square - mean * mean)).max(zero).sqrt();
+        uv[i] = W::select(leaves, mean, uv[i]);
+        for axis in &mut axes {
+            axis[i] = W::select(leaves, axis[i] * (spread / width), axis[i]);
+        }
+    }
+    (uv, axes)
 }
 
 #[cfg(test)]
@@ -230,6 +258,31 @@ mod tests {
             let [here, there] = [0.25, 7.25].map(|u| at(&mipmap, [u, 0.3], level, repeat));
             assert_eq!(here, there);
         }
+    }
+
+    #[test]
+    fn beyond_an_edge_that_is_continued_its_color_is_seen_from_any_distance() {
+        // Left half 0, right half 1.
+        let halves = Mipmap::new(64, 4, (0..256).map(|i| [f32::from(u8::from(i % 64 >= 32)); 3]).collect());
+        let clamp = [Wrap::Clamp; 2];
+        for (u, width, expected) in
+            [(-9.0, 17.9, 0.0), (-1e12, 1.0, 0.0), (7.0, 11.9, 1.0), (1e18, 0.0, 1.0), (3.0, 1.0, 1.0)]
+        {
+            for axes in [[[width, 0.0], [0.0, 0.3]], [[0.0, 20.0], [width, 0.0]]] {
+                let [seen, ..] = average(&halves, [u, 0.5], axes, clamp);
+                assert!((seen - expected).abs() < 1e-6, "{u} {width}: {seen}");
+            }
+        }
+        // Across the edges it is near the mean of many places.
+        let mut most: f64 = 0.0;
+        for i in 41..400 {
+            let (u, width) = (f64::from(i % 41) * 0.1 - 1.5, f64::from(i / 41) * 0.7);
+            let place = |k: u32| u + width * ((f64::from(k) + 0.5) / 2_000.0 - 0.5);
+            let exact = (0..2_000).filter(|k| place(*k) >= 0.5).count() as f64 / 2_000.0;
+            let [seen, ..] = average(&halves, [u, 0.5], [[width, 0.0], [0.0, 0.1]], clamp);
+            most = most.max((seen - exact).abs());
+        }
+        assert!(most < 0.15, "{most}");
     }
 
     #[test]

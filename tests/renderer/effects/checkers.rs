@@ -36,10 +36,39 @@ fn error(description: &Value, filtered: bool, precision: &str, truth: &[[f32; 3]
 }
 
 fn truth(description: &Value) -> Vec<[f32; 3]> {
+    truth_in("single", description)
+}
+
+fn truth_in(precision: &str, description: &Value) -> Vec<[f32; 3]> {
     let mut description = description.clone();
     description["render"]["filter_checkers"] = json!(false);
     description["render"]["samples"] = json!(1024);
-    pixels(description, "single")
+    pixels(description, precision)
+}
+
+/// Cubes on the grid are what people write first.
+#[test]
+fn sides_that_lie_on_borders_of_tiles_have_tiles() {
+    let quad = json!({ "quad": { "vertices": [[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2]], "material": "board" } });
+    let mesh = json!({ "mesh": {
+        "vertices": [[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2]], "faces": [[0, 2, 1], [0, 3, 2]], "material": "board"
+    } });
+    let cube = json!({ "box": { "min": [-1, 0, -1], "max": [1, 1, 1], "material": "board" } });
+    let plane = |y: f64| json!({ "plane": { "point": [0, y, 0], "normal": [0, 1, 0], "material": "board" } });
+    for (object, size) in [(quad, 0.392), (mesh, 0.392), (cube, 0.5), (plane(0.0), 0.5), (plane(0.25), 0.125)] {
+        let mut description = board(json!([]));
+        description["objects"] = json!([object]);
+        description["camera"]["pinhole"]["eye"] = json!([0.3, 3.5, 3.1]);
+        description["camera"]["pinhole"]["look_at"] = json!([0.1, 0.0, 0.1]);
+        description["materials"]["board"]["diffuse"]["checker"]["size"] = json!(size);
+        description["materials"]["board"]["diffuse"]["checker"]["axes"] = json!("xyz");
+        // Unfiltered in single precision, roundings choose the tile.
+        let truth = truth_in("double", &description);
+        for precision in ["single", "double"] {
+            let error = error(&description, true, precision, &truth, |_| true);
+            assert!(error < 0.05, "{object} {precision}: {error}");
+        }
+    }
 }
 
 #[test]

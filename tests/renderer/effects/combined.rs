@@ -56,6 +56,39 @@ fn bits(pixels: &[[f32; 3]]) -> Vec<[u32; 3]> {
     pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
+/// The inside of a sheet is lit through the sheet itself, also where a light has an area and all rays to it are asked at once.
+#[test]
+fn a_thin_ball_has_the_shadow_of_its_own_back() {
+    let ball = json!({ "sphere": { "center": [0, 1, 0], "radius": 1, "material": "pane" } });
+    let plane = json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } });
+    let seen = |light: &Value, objects: Value| {
+        let description = json!({
+            "version": 1, "image": { "width": 48, "height": 36 }, "lights": [light],
+            "camera": { "pinhole": { "eye": [0, 1.2, 5], "look_at": [0, 0.9, 0] } },
+            "materials": { "pane": { "pbr": { "metallic": 0, "roughness": 0, "transmission": 0.5, "thin": true } } },
+            "objects": objects, "render": { "samples": 16, "antialias": false, "max_depth": 6 }
+        });
+        pixels(description, "double")
+    };
+    let point = |radius: f64| {
+        let area = json!({ "disc": { "radius": radius } });
+        let mut light = json!({ "point": { "position": [3, 5, 3], "area": area } });
+        if radius == 0.0 {
+            light["point"].as_object_mut().unwrap().remove("area");
+        }
+        light
+    };
+    let sun = json!({ "directional": { "direction": [-3, -5, -3], "area": { "angle_deg": 1 } } });
+    for light in [point(0.1), sun] {
+        let placed = json!({ "group": { "objects": [ball], "transform": { "translate": [0, 0, 0] } } });
+        let [bare, placed] = [&ball, &placed].map(|object| seen(&light, json!([object, plane])));
+        assert!(bare == placed, "{light}");
+    }
+    let [tiny, none] = [point(1e-4), point(0.0)].map(|light| seen(&light, json!([ball, plane])));
+    let off = tiny.iter().flatten().zip(none.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(off < 0.02, "{off}");
+}
+
 #[test]
 fn neither_order_nor_scale_nor_packets_nor_kernels_change_a_byte() {
     for seed in 0..12 {

@@ -101,7 +101,9 @@ fn bending_bodies<R: Real>() -> OfMaterial<R> {
 }
 
 fn bends<R: Real>(material: &Material<R>, used: Used) -> bool {
-    used.filled && material.transmits() && material.ior != R::from_f64(1.0)
+    // The index of bodies that disperse light is their own at one wavelength alone.
+    let is_empty = material.ior == R::from_f64(1.0) && material.dispersion == R::from_f64(0.0);
+    used.filled && material.transmits() && !is_empty
 }
 
 fn total_reflection<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {

@@ -103,8 +103,10 @@ impl<R: Real> Told<'_, R> {
                 self.follows() && self.any(|m, _| dielectric(m) || m.fresnel == Fresnel::Conductor)
             }
             Effect::TotalReflection | Effect::Refraction => {
-                let bends =
-                    |m: &Material<R>, used: Used| used.filled && bright(m.transmission) && m.ior != R::from_f64(1.0);
+                let bends = |m: &Material<R>, used: Used| {
+                    let bends = m.ior != R::from_f64(1.0) || m.dispersion != R::from_f64(0.0);
+                    used.filled && bright(m.transmission) && bends
+                };
                 self.follows() && self.any(bends)
             }
             Effect::HollowBodies => self.item(|item| item.hollow),
