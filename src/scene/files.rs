@@ -38,8 +38,9 @@ pub struct NoFiles;
 
 impl Files for NoFiles {
     fn read(&self, _: &str) -> Result<Vec<u8>, String> {
-        Err("cannot be read: files are not read here. Send it as an asset, and name it \"sha256:...\"; or with its model, as \
-             another part of a multipart/form-data body; or put a picture into the scene as \"data:image/png;base64,...\""
+        Err("cannot be read: files are not read here. Send it as an asset, and name it \"sha256:...\". A file of a posted model \
+             may also be another part of a multipart/form-data body, and a picture may stand in the scene as \
+             \"data:image/png;base64,...\""
             .into())
     }
 }

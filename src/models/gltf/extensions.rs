@@ -2,6 +2,10 @@
 
 use super::super::fault::{Fault, Faults, Kind, Subject, Warning, warn};
 use super::json::Document;
+use crate::words::list;
+
+/// Unknown extensions that a warning names.
+const SHOWN: usize = 5;
 
 /// Read completely, or without any meaning for a picture.
 const READ: [&str; 26] = [
@@ -62,6 +66,19 @@ pub(super) fn check(document: &Document, strict: bool) -> Result<(), Faults> {
         faults.push(Fault::new(format!("/extensionsRequired/{i}"), Kind::Unsupported, detail));
     }
     faults.none_or_err()
+}
+
+/// Notes extensions that are not known: what they say is left out.
+pub(super) fn note_unknown(warnings: &mut Vec<Warning>, document: &Document) {
+    let is_known = |name: &str| READ.contains(&name) || LOOK.iter().any(|(known, ..)| *known == name);
+    let unknown: Vec<(usize, &str)> =
+        document.extensions_used.iter().map(String::as_str).enumerate().filter(|(_, name)| !is_known(name)).collect();
+    if let [(first, _), ..] = unknown[..] {
+        let shown = unknown.iter().take(SHOWN).map(|(_, name)| name.chars().take(60).collect());
+        let more = if unknown.len() > SHOWN { " and more" } else { "" };
+        let detail = format!("what {}{more} say is not known", list(shown, "and"));
+        warn(warnings, Subject::Skipped, "extensions", format!("/extensionsUsed/{first}"), &detail);
+    }
 }
 
 /// Notes what of a material's extensions is left out.

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 pub(super) struct Document {
     pub(super) scene: Option<usize>,
     pub(super) extensions_required: Vec<String>,
+    pub(super) extensions_used: Vec<String>,
     pub(super) scenes: Vec<Scene>,
     pub(super) nodes: Vec<Node>,
     pub(super) meshes: Vec<Mesh>,

@@ -23,6 +23,8 @@ struct Lists<'a> {
     scene: Option<usize>,
     #[serde(default)]
     extensions_required: Vec<String>,
+    #[serde(default)]
+    extensions_used: Vec<String>,
     #[serde(default, borrow)]
     scenes: Vec<&'a RawValue>,
     #[serde(default, borrow)]
@@ -76,6 +78,9 @@ struct VariantList<'a> {
 #[derive(Debug, Deserialize)]
 struct Asset {
     version: String,
+    /// The least version that a reader has to know.
+    #[serde(rename = "minVersion")]
+    least: Option<String>,
 }
 
 /// Reads the JSON; all elements that are wrong are reported.
@@ -99,6 +104,7 @@ pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
     let document = Document {
         scene: lists.scene,
         extensions_required: lists.extensions_required,
+        extensions_used: lists.extensions_used,
         scenes: elements.of("/scenes", lists.scenes),
         nodes: elements.of("/nodes", lists.nodes),
         meshes: elements.of("/meshes", lists.meshes),
@@ -130,11 +136,17 @@ fn check_version(text: &[u8], asset: Option<&RawValue>, faults: &mut Faults) {
         return;
     };
     match serde_json::from_str::<Asset>(asset.get()) {
-        Ok(asset) if asset.version.starts_with("2.") => {}
-        Ok(asset) => {
-            let shown: String = asset.version.chars().take(20).collect();
+        Ok(Asset { version, least }) => {
+            let is_known = |version: &str| version.starts_with("2.");
+            let (key, needed) = match least {
+                // Files of 2.1 may say that a reader of 2.0 will do.
+                Some(least) if is_known(&version) && least != "2.0" => ("minVersion", least),
+                _ if is_known(&version) => return,
+                _ => ("version", version),
+            };
+            let shown: String = needed.chars().take(20).collect();
             let detail = format!("this is glTF {shown:?}, and glTF 2.0 is read: convert it");
-            faults.push(Fault::new("/asset/version", Kind::Unsupported, detail));
+            faults.push(Fault::new(format!("/asset/{key}"), Kind::Unsupported, detail));
         }
         Err(error) => {
             let start = start_of(text, asset);

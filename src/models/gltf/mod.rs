@@ -62,7 +62,8 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Mo
     if let Err(fault) = builder.build() {
         builder.faults.push(fault);
     }
-    let Builder { model, mut faults, .. } = builder;
+    let Builder { mut model, mut faults, .. } = builder;
+    extensions::note_unknown(&mut model.warnings, &document);
     if faults.0.is_empty() && model.triangles() == 0 {
         // The file is refused: its author learns of all that is wrong with it.
         check::check_unseen(&document, &buffers, &mut faults);

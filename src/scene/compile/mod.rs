@@ -294,7 +294,12 @@ impl Scene {
                 }
             }
         }
-        self.effects.iter_mut().flat_map(|entry| &mut entry.because).for_each(|pointer| _ = models.place(pointer));
+        let reach = match &mut self.world {
+            Precise::Single(world) => &mut world.ceiling.reach,
+            Precise::Double(world) => &mut world.ceiling.reach,
+        };
+        let because = self.effects.iter_mut().flat_map(|entry| &mut entry.because).chain(&mut reach.because);
+        because.for_each(|pointer| _ = models.place(pointer));
         for entry in &mut self.effects {
             entry.because.dedup();
         }

@@ -72,13 +72,20 @@ pub(super) fn lights(
     let dimmed = (BRIGHTEST / bright).min(MAGNITUDE / strongest).min(1.0);
     let bright = bright * dimmed;
     let exposure = if bright > 1.0 { -math::log2(bright).min(MOST_STOPS) } else { 0.0 };
-    if exposure < 0.0 {
-        let detail =
-            format!("the film is exposed by {exposure:.1} stops, so that white in the middle of the model is white");
-        warn(warnings, Subject::Assumed, "exposure", detail);
-    }
     let surroundings = (choice == LightChoice::Auto).then(|| surroundings(camera, BESIDE_LAMPS * bright.max(1.0)));
     LitBy { lights: lamps.iter().map(|lamp| light(lamp, dimmed)).collect(), surroundings, is_studio: false, exposure }
+}
+
+impl LitBy {
+    /// Notes an exposure that nobody has asked for.
+    pub(super) fn warn_of_exposure(&self, warnings: &mut Vec<Warning>) {
+        if self.exposure < 0.0 {
+            let stops = self.exposure;
+            let detail =
+                format!("the film is exposed by {stops:.1} stops, so that white in the middle of the model is white");
+            warn(warnings, Subject::Assumed, "exposure", detail);
+        }
+    }
 }
 
 /// The radiance of white in the middle of the model, if it faces all lamps.

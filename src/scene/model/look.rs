@@ -207,7 +207,7 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 fn note(model: &Model, warnings: &mut Vec<Warning>) {
     let is_invisible = |material: &ModelMaterial| material.alpha == Alpha::Blend && material.opacity <= 0.0;
     if model.placements.iter().all(|it| it.material.is_some_and(|index| is_invisible(&model.materials[index]))) {
-        let detail = "nothing is seen: all materials have an opacity of 0, as Tr 1 and d 0 of MTL say";
+        let detail = "nothing is seen: all materials have an opacity of 0 (in MTL, Tr 1 and d 0 say so)";
         warnings.push(warning(Subject::Skipped, "invisible", detail));
     }
     let is_beyond = |color: &[f64]| color.iter().any(|channel| *channel > 1.0);
@@ -228,7 +228,10 @@ fn note(model: &Model, warnings: &mut Vec<Warning>) {
 pub(super) fn without_rays(model: &Model) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let materials = &model.materials;
-    if materials.iter().any(|material| material.transmission.factor > 0.0 && material.roughness.factor > MIRROR) {
+    // No light passes what is all metal.
+    let is_metal = |material: &ModelMaterial| material.metallic.texture.is_none() && material.metallic.factor >= 1.0;
+    let is_rough = |material: &ModelMaterial| material.transmission.factor > 0.0 && material.roughness.factor > MIRROR;
+    if materials.iter().any(|material| is_rough(material) && !is_metal(material)) {
         let detail = "rough glass does not spread the light that passes it, unless fidelity is faithful";
         warnings.push(warning(Subject::Approximated, "rough-glass", detail));
     }

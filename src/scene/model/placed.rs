@@ -16,6 +16,7 @@ use crate::scene::description::{
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
 use crate::scene::recognise::model_format;
+use crate::words::list;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -195,7 +196,9 @@ impl Reader<'_> {
                 found = true;
             }
             if !found {
-                let hint = did_you_mean(of, named.iter().flatten().map(String::as_str));
+                let own: Vec<&str> = named.iter().flatten().map(String::as_str).collect();
+                let near = did_you_mean(of, own.iter().copied());
+                let hint = if near.is_empty() { names_of(&own) } else { near };
                 let detail = format!("the model has no material {}{hint}", quoted(of));
                 return Err(Problems::one(Problem::new(at, Code::UnknownReference, detail)));
             }
@@ -211,6 +214,18 @@ impl Reader<'_> {
         self.definitions.extend(definitions);
         self.definitions.insert(name.to_owned(), objects);
         Ok(())
+    }
+}
+
+/// What materials there are, at the end of a sentence.
+const NAMES_SHOWN: usize = 8;
+
+fn names_of(own: &[&str]) -> String {
+    let shown = own.iter().take(NAMES_SHOWN).map(|name| quoted(name));
+    match own.len() {
+        0 => ": none of its materials has a name".to_owned(),
+        1..=NAMES_SHOWN => format!(": it has {}", list(shown, "and")),
+        _ => format!(": it has {} and more", shown.collect::<Vec<_>>().join(", ")),
     }
 }
 

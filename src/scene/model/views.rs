@@ -71,6 +71,9 @@ impl Views {
         }
         let fidelity = overrides.fidelity.unwrap_or_default();
         let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
+        if overrides.exposure.is_none() {
+            lit_by.warn_of_exposure(&mut warnings);
+        }
         warnings.extend(of_look);
         let warnings = warnings.iter().map(|warning| problems::of_warning(warning, None));
         let of_fast = of_fast.iter().map(|warning| problems::of_warning(warning, Some(Fidelity::Fast)));

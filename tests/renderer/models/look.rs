@@ -249,6 +249,16 @@ fn lamps_of_the_file_keep_their_colors_beside_the_studio() {
     assert!(seen.codes.iter().filter(|code| colorful(**code)).count() > 200);
 }
 
+#[test]
+fn an_exposure_that_was_asked_for_is_not_called_assumed() {
+    let bytes = crate::common::read("tests/inputs/models/LightsPoint.glb");
+    let assumed = |exposure| {
+        let overrides = Overrides { exposure, ..overrides("front") };
+        warns(&imported(&bytes, ModelFormat::Gltf, &overrides), "assumed: exposure")
+    };
+    assert!(assumed(None) && !assumed(Some(0.0)) && !assumed(Some(-3.0)));
+}
+
 /// KHR_lights_punctual: a lamp shines along the node's -z, and scale is "ignored except for its effect on position and orientation".
 #[test]
 fn lamps_of_mirrored_nodes_shine_where_their_minus_z_points() {

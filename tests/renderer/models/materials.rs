@@ -43,6 +43,45 @@ fn extensions_that_do_nothing_are_not_warned_of() {
     }
 }
 
+#[test]
+fn extensions_that_nobody_knows_are_named() {
+    let warned = |names: &[&str]| warnings(&quads(&[(FRONT, matte([0.8; 3]))], json!({ "extensionsUsed": names })));
+    assert_eq!(warned(&["KHR_texture_transform", "KHR_materials_sheen"]), [""; 0]);
+    assert_eq!(warned(&["MSFT_lod"]), ["skipped: extensions: what MSFT_lod say is not known"]);
+    let all = warned(&["A_a", "KHR_lights_punctual", "B_b", "C_c", "D_d", "E_e", "F_f"]);
+    assert_eq!(all, ["skipped: extensions: what A_a, B_b, C_c, D_d and E_e and more say is not known"]);
+}
+
+#[test]
+fn files_for_readers_of_later_versions_are_refused() {
+    let read = |asset: Value| {
+        let bytes = quads(&[(FRONT, matte([0.8; 3]))], json!({ "asset": asset }));
+        import(ModelFormat::Gltf, &bytes, &overrides("front"), &NoFiles)
+            .map_err(|problems| problems.0[0].pointer.clone())
+    };
+    assert!(read(json!({ "version": "2.1", "minVersion": "2.0" })).is_ok());
+    for (asset, pointer) in [
+        (json!({ "version": "2.1", "minVersion": "2.1" }), "/asset/minVersion"),
+        (json!({ "version": "2.0", "minVersion": "3.0" }), "/asset/minVersion"),
+        (json!({ "version": "1.0" }), "/asset/version"),
+    ] {
+        assert_eq!(read(asset).unwrap_err(), pointer);
+    }
+}
+
+#[test]
+fn metal_lets_no_light_through_that_could_be_rough() {
+    let glass = |metallic: f64| {
+        let mut material = matte([0.8; 3]);
+        material["pbrMetallicRoughness"]["metallicFactor"] = json!(metallic);
+        material["pbrMetallicRoughness"]["roughnessFactor"] = json!(0.5);
+        material["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
+        warnings(&quads(&[(FRONT, material)], json!({ "extensionsUsed": ["KHR_materials_transmission"] })))
+    };
+    let is_warned = |metallic| glass(metallic).iter().any(|warning| warning.starts_with("approximated: rough-glass"));
+    assert!(is_warned(0.0) && !is_warned(1.0));
+}
+
 /// Of the file, where they are written: the scene's own pointers lead nowhere in it.
 #[test]
 fn transforms_beyond_all_numbers_are_refused_where_they_are_written() {
