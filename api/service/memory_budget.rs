@@ -126,7 +126,9 @@ impl MemoryBudget {
         if needed <= self.most() {
             return Ok(());
         }
-        let detail = format!("this would take {needed} bytes of memory, more than the service has (memory_bytes)");
+        let most = self.most();
+        let detail =
+            format!("this would take {needed} bytes of memory, and all requests have {most} of memory_bytes together");
         Err(Error::Limit { name: "memory_bytes", max: self.0.limit, detail })
     }
 

@@ -11,6 +11,7 @@ use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::problem::Problem;
 use crate::http::state::App;
 use crate::service::assets::sha256;
+use crate::service::jobs::Job;
 use crate::service::jobs::record::State;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::sent_scene::Form;
@@ -18,10 +19,12 @@ use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
 use axum::response::Response;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 use strahl::film::FileFormat;
 use strahl::film::animation::AnimationFormat;
 use strahl::sequence::Sequence;
+use tokio::runtime::Handle;
 
 /// Frames of one answer: one for each degree.
 pub(crate) const FRAMES: u32 = 360;
@@ -83,6 +86,7 @@ pub(crate) fn refuse_without(query: &mut Query) {
 
 /// The animation or the sheet; or the job, if it is not done in time.
 pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Problem> {
+    let began = Instant::now();
     Tenant::of(request.extensions()).require(Scope::Jobs, "a turntable, which is a job of frames,")?;
     let mut headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
@@ -93,7 +97,8 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
     let whole = [b"turntable\n", of_frames(&query).as_bytes(), b"\n", base, body.as_ref()].concat();
     let key = HeaderName::from_static("idempotency-key");
-    let claimed = if headers.contains_key(&key) {
+    let is_named = headers.contains_key(&key);
+    let claimed = if is_named {
         claim(&app, &tenant, &headers, &whole).await?
     } else {
         // The same frames again, in whatever form, are those of the first job.
@@ -103,8 +108,11 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
         claim_in_turn(&app, &tenant, &headers, &whole).await?
     };
     drop(whole);
-    let job = match claimed {
-        Claimed::Before(job) if !matches!(job.record().state, State::Failed | State::Canceled | State::Expired) => job,
+    let (job, is_hidden) = match claimed {
+        Claimed::Before(job) if !matches!(job.record().state, State::Failed | State::Canceled | State::Expired) => {
+            let is_hidden = job.share_hidden();
+            (job, is_hidden)
+        }
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
             let wanted = WantedJob {
@@ -118,13 +126,22 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
                 wishes: wishes_of(&app, &tenant, None, None)?,
             };
             drop(body);
-            submitted(&app, &tenant, wanted, claim).await?
+            let job = submitted(&app, &tenant, wanted, claim).await?;
+            // With a key of its own the client may ask for it again.
+            if !is_named {
+                job.hide();
+            }
+            (job, !is_named)
         }
     };
+    let hidden = is_hidden.then(|| Hidden { app: app.clone(), job: Arc::clone(&job) });
     let prefer = Prefer::of(&headers);
     let patience = if prefer.respond_async { Duration::ZERO } else { app.service.settings.answers.timeout };
-    // The job is accepted, so it is answered in any case.
-    _ = until_final(&app, &tenant, &job, prefer.wait.unwrap_or(patience)).await;
+    // What was done before it was accepted counts, too. The job is accepted, so it is answered in any case.
+    let left = prefer.wait.unwrap_or(patience).saturating_sub(began.elapsed());
+    _ = until_final(&app, &tenant, &job, left).await;
+    job.reveal();
+    drop(hidden);
     let is_final = job.record().state.is_final();
     if !is_final {
         return Ok(accepted(&app, &job, false, prefer).await);
@@ -135,6 +152,28 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     };
     Prefer { respond_async: false, ..prefer }.add_applied(response.headers_mut());
     Ok(response)
+}
+
+/// A job that only requests know of which wait for it: the last of them that goes away cancels it.
+#[derive(Debug)]
+struct Hidden {
+    app: App,
+    job: Arc<Job>,
+}
+
+impl Drop for Hidden {
+    fn drop(&mut self) {
+        if self.job.lose()
+            && let Ok(runtime) = Handle::try_current()
+        {
+            let (app, job) = (self.app.clone(), Arc::clone(&self.job));
+            runtime.spawn_blocking(move || {
+                if let Err(error) = app.service.jobs.cancel(&job) {
+                    tracing::warn!(%error, "the job of a client that went away goes on");
+                }
+            });
+        }
+    }
 }
 
 /// The part of a query that says what the frames are, not what is made of them.

@@ -121,7 +121,8 @@ fn allowed() -> HeaderMap {
         (
             HeaderName::from_static("accept-query"),
             HeaderValue::from_static(
-                "application/json, application/vnd.strahl.variation+json, text/x-nff, application/gzip",
+                "application/json, application/vnd.strahl.variation+json, model/gltf-binary, model/gltf+json, model/obj, \
+                 model/stl, model/ply, multipart/form-data, text/x-nff, application/gzip",
             ),
         ),
     ])

@@ -12,6 +12,7 @@ use crate::service::sequences::Frames;
 use crate::service::sequences::price::{Price, is_pilot, price};
 use crate::service::sequences::shown::{animation, in_words};
 use crate::service::sequences::text::join;
+use std::time::{Duration, Instant};
 use strahl::film::Region;
 use strahl::film::animation::{Animation, AnimationFormat};
 use strahl::film::sheet::{Sheet, cell, columns};
@@ -20,6 +21,9 @@ use strahl::scene::description::{Accuracy, ImageSize};
 use strahl::scene::problem::Code;
 use strahl::scene::{Description, Format, Problem, Problems};
 use strahl::sequence::Sequence;
+
+/// How long frames are estimated, but for the last of them.
+const PILOTING: Duration = Duration::from_millis(500);
 
 /// What all frames have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +79,7 @@ impl Service {
         let limits = &self.jobs.limits;
         let base = self.scenes.to_vary(&work.workers, sent)?;
         let (mut common, mut pilots, mut largest, mut progressive) = (None, Vec::new(), 0, false);
+        let mut piloting = Duration::ZERO;
         for frame in sequence.frames() {
             let accept = |scene: &Description| {
                 let ImageSize { width, height } = scene.image;
@@ -91,9 +96,12 @@ impl Service {
             }
             largest = ready.bytes().max(largest);
             progressive |= matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
-            if is_pilot(frame.number, sequence.count()) {
+            // Where one block of pixels takes seconds, the first frames tell about the others.
+            if is_pilot(frame.number, sequence.count()) && piloting < PILOTING {
+                let began = Instant::now();
                 let (plan, _) = planned(&ready, Region::whole(size[0], size[1]), &work.workers, &work.control)?;
                 pilots.extend(plan.estimate.map(|estimate| (frame.number, estimate)));
+                piloting += began.elapsed();
             }
         }
         let common = common.ok_or(Error::Internal("a sequence has no frames"))?;

@@ -167,8 +167,13 @@ impl Service {
 
     /// Starts a request and does not wait for its answer.
     pub(crate) fn begin(&self, path: &str, json: &str) -> TcpStream {
+        self.begin_with(path, &[], json)
+    }
+
+    /// The same with headers.
+    pub(crate) fn begin_with(&self, path: &str, headers: &[(&str, &str)], json: &str) -> TcpStream {
         let mut stream = self.connect();
-        let headers = [("Content-Type", "application/json")];
+        let headers = [&[("Content-Type", "application/json")], headers].concat();
         stream.write_all(&request("POST", path, &headers, json.as_bytes())).expect("the request is taken");
         stream
     }

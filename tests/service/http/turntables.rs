@@ -1,12 +1,14 @@
 //! Pictures from all around in one answer, jobs of models, and settings of the film and of sizes.
 
 use crate::common::BALL;
+use crate::common::farm::wait_until;
 use crate::common::service::{Answer, PROGRAM, Service};
 use image::ImageFormat;
 use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 const GLB: (&str, &str) = ("Content-Type", "model/gltf-binary");
 
@@ -33,6 +35,31 @@ fn the_command_turns_a_model_as_the_service_does() {
         assert!(std::fs::read(&picture).unwrap() == expected.body, "{view}");
     }
     std::fs::remove_file(picture).unwrap();
+}
+
+/// Nobody else knows of its job.
+#[test]
+fn a_client_that_goes_away_cancels_its_turntable() {
+    let service = Service::start(&["--timeout", "300"]);
+    let states = || -> Vec<String> {
+        let jobs = service.get("/v1/jobs").json();
+        jobs["jobs"].as_array().unwrap().iter().map(|job| job["state"].as_str().unwrap().to_owned()).collect()
+    };
+    let is_begun = || states().iter().any(|state| state == "running");
+    let path = "/v1/render?turntable=300&width=600&height=600&samples=16";
+    let [first, second] = [(); 2].map(|()| service.begin(path, BALL));
+    wait_until("it has begun", is_begun);
+    drop(first);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(is_begun(), "the other one waits for it: {:?}", states());
+    drop(second);
+    wait_until("it is canceled", || states() == ["canceled"]);
+    // With a key the client can come back.
+    let named = service.begin_with(path, &[("Idempotency-Key", "mine")], BALL);
+    wait_until("another one has begun", is_begun);
+    drop(named);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(is_begun(), "{:?}", states());
 }
 
 /// Nobody has sent a key, so nobody is told of one.
