@@ -127,8 +127,9 @@ impl MemoryBudget {
             return Ok(());
         }
         let most = self.most();
-        let detail =
-            format!("this would take {needed} bytes of memory, and all requests have {most} of memory_bytes together");
+        let detail = format!(
+            "this would take {needed} bytes of memory, and requests can have {most} of the service's (memory_bytes)"
+        );
         Err(Error::Limit { name: "memory_bytes", max: self.0.limit, detail })
     }
 

@@ -108,11 +108,9 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
         claim_in_turn(&app, &tenant, &headers, &whole).await?
     };
     drop(whole);
-    let (job, is_hidden) = match claimed {
-        Claimed::Before(job) if !matches!(job.record().state, State::Failed | State::Canceled | State::Expired) => {
-            let is_hidden = job.share_hidden();
-            (job, is_hidden)
-        }
+    let has_ended = |job: &Job| matches!(job.record().state, State::Failed | State::Canceled | State::Expired);
+    let job = match claimed {
+        Claimed::Before(job) if !has_ended(&job) && job.askers.join() => job,
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
             let wanted = WantedJob {
@@ -129,19 +127,20 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             let job = submitted(&app, &tenant, wanted, claim).await?;
             // With a key of its own the client may ask for it again.
             if !is_named {
-                job.hide();
+                job.askers.hide();
             }
-            (job, !is_named)
+            job.askers.join();
+            job
         }
     };
-    let hidden = is_hidden.then(|| Hidden { app: app.clone(), job: Arc::clone(&job) });
+    let asker = Asker { app: app.clone(), job: Arc::clone(&job) };
     let prefer = Prefer::of(&headers);
     let patience = if prefer.respond_async { Duration::ZERO } else { app.service.settings.answers.timeout };
     // What was done before it was accepted counts, too. The job is accepted, so it is answered in any case.
     let left = prefer.wait.unwrap_or(patience).saturating_sub(began.elapsed());
     _ = until_final(&app, &tenant, &job, left).await;
-    job.reveal();
-    drop(hidden);
+    job.askers.tell();
+    drop(asker);
     let is_final = job.record().state.is_final();
     if !is_final {
         return Ok(accepted(&app, &job, false, prefer).await);
@@ -154,16 +153,16 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     Ok(response)
 }
 
-/// A job that only requests know of which wait for it: the last of them that goes away cancels it.
+/// A request that waits for a job. If it goes away and nobody else knows of the job, that is canceled.
 #[derive(Debug)]
-struct Hidden {
+struct Asker {
     app: App,
     job: Arc<Job>,
 }
 
-impl Drop for Hidden {
+impl Drop for Asker {
     fn drop(&mut self) {
-        if self.job.lose()
+        if self.job.askers.leave()
             && let Ok(runtime) = Handle::try_current()
         {
             let (app, job) = (self.app.clone(), Arc::clone(&self.job));

@@ -1,5 +1,6 @@
 //! A job in memory: its record, progress and watchers.
 
+use super::askers::Askers;
 use super::event_log::{Events, Herald};
 use super::record::{Failure, Record, State};
 use super::rendering::{Rendering, tiles_of};
@@ -43,8 +44,8 @@ pub(crate) struct Job {
     /// Whether it waits until its files or its record can be read and written.
     pub(super) waits: AtomicBool,
     watchers: AtomicUsize,
-    /// Requests that alone know of it.
-    hidden_by: AtomicUsize,
+    /// Requests that wait for it.
+    pub(crate) askers: Askers,
     /// When this process began to render it.
     pub(super) begun: Mutex<Option<Instant>>,
     /// Estimated milliseconds until it is done, as the front that renders it has said, and when.
@@ -117,7 +118,7 @@ impl Job {
             forgotten: AtomicBool::new(false),
             waits: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
-            hidden_by: AtomicUsize::new(0),
+            askers: Askers::default(),
             begun: Mutex::default(),
             eta: Mutex::default(),
             left: Mutex::new(record.state.is_final().then(Instant::now)),
@@ -275,28 +276,6 @@ impl Job {
     pub(crate) fn watch(self: &Arc<Self>) -> Watcher {
         self.watchers.fetch_add(1, Ordering::Relaxed);
         Watcher(Arc::clone(self))
-    }
-
-    /// It was made for a request that has not told its client of it.
-    pub(crate) fn hide(&self) {
-        self.hidden_by.store(1, Ordering::Relaxed);
-    }
-
-    /// Another request joins those that alone know of it; false if others know of it, too.
-    pub(crate) fn share_hidden(&self) -> bool {
-        let more = |requests: usize| (requests > 0).then_some(requests + 1);
-        self.hidden_by.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).is_ok()
-    }
-
-    /// A client has been told of it.
-    pub(crate) fn reveal(&self) {
-        self.hidden_by.store(0, Ordering::Relaxed);
-    }
-
-    /// One of the requests that alone know of it is gone. Whether it was the last.
-    pub(crate) fn lose(&self) -> bool {
-        let less = |requests: usize| requests.checked_sub(1);
-        self.hidden_by.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less) == Ok(1)
     }
 
     /// Tells watchers of a preview whose pixels are so far apart in the picture, across and down.

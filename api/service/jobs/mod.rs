@@ -3,6 +3,7 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
+mod askers;
 mod backend;
 mod canvas;
 mod checkpoint;

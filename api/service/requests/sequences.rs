@@ -22,7 +22,7 @@ use strahl::scene::problem::Code;
 use strahl::scene::{Description, Format, Problem, Problems};
 use strahl::sequence::Sequence;
 
-/// How long frames are estimated, but for the last of them.
+/// No frame is estimated once estimates have taken this long together.
 const PILOTING: Duration = Duration::from_millis(500);
 
 /// What all frames have in common.
