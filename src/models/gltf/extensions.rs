@@ -75,8 +75,8 @@ pub(super) fn note_unknown(warnings: &mut Vec<Warning>, document: &Document) {
         document.extensions_used.iter().map(String::as_str).enumerate().filter(|(_, name)| !is_known(name)).collect();
     if let [(first, _), ..] = unknown[..] {
         let shown = unknown.iter().take(SHOWN).map(|(_, name)| name.chars().take(60).collect());
-        let more = if unknown.len() > SHOWN { " and more" } else { "" };
-        let detail = format!("what {}{more} say is not known", list(shown, "and"));
+        let more = if unknown.len() > SHOWN { ", and more" } else { "" };
+        let detail = format!("extensions that are not known: {}{more}", list(shown, "and"));
         warn(warnings, Subject::Skipped, "extensions", format!("/extensionsUsed/{first}"), &detail);
     }
 }

@@ -138,14 +138,14 @@ fn check_version(text: &[u8], asset: Option<&RawValue>, faults: &mut Faults) {
     match serde_json::from_str::<Asset>(asset.get()) {
         Ok(Asset { version, least }) => {
             let is_known = |version: &str| version.starts_with("2.");
-            let (key, needed) = match least {
+            let (key, says, needed) = match least {
                 // Files of 2.1 may say that a reader of 2.0 will do.
-                Some(least) if is_known(&version) && least != "2.0" => ("minVersion", least),
+                Some(least) if is_known(&version) && least != "2.0" => ("minVersion", "this is for readers of", least),
                 _ if is_known(&version) => return,
-                _ => ("version", version),
+                _ => ("version", "this is", version),
             };
             let shown: String = needed.chars().take(20).collect();
-            let detail = format!("this is glTF {shown:?}, and glTF 2.0 is read: convert it");
+            let detail = format!("{says} glTF {shown:?}, and glTF 2.0 is read: convert it");
             faults.push(Fault::new(format!("/asset/{key}"), Kind::Unsupported, detail));
         }
         Err(error) => {

@@ -217,9 +217,10 @@ impl Reader<'_> {
     }
 }
 
-/// What materials there are, at the end of a sentence.
+/// Names of materials that a problem lists.
 const NAMES_SHOWN: usize = 8;
 
+/// What materials there are, at the end of a sentence.
 fn names_of(own: &[&str]) -> String {
     let shown = own.iter().take(NAMES_SHOWN).map(|name| quoted(name));
     match own.len() {

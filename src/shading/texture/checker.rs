@@ -89,8 +89,10 @@ fn stripes<L: Lanes>(s: L::Simd, p: L, extent: L) -> L {
 #[inline(always)]
 fn off_border<L: Lanes>(s: L::Simd, p: L, extent: L) -> L {
     let near = L::lit(s, NEAR);
-    let border = (p + L::lit(s, 0.5)).floor();
-    L::select(extent.lt(near) & (p - border).abs().lt(near), border + near, p)
+    let half = L::lit(s, 0.5);
+    let border = (p + half).floor();
+    // In its middle, which far from the origin is another number than the border.
+    L::select(extent.lt(near) & (p - border).abs().lt(near), border + half, p)
 }
 
 /// Distance from the nearest even number, at most 1, exact and with its sign.
@@ -130,6 +132,8 @@ mod tests {
             for off in [-5e-5, -1e-7, 0.0, 1e-7, 5e-5] {
                 for extent in [0.0, 1e-9, 5e-5] {
                     assert_eq!(mean(border + off, extent), expected, "{border} {off} {extent}");
+                    let single = stripes::<f32>((), (border + off) as f32, extent as f32);
+                    assert_eq!(f64::from(single), expected, "{border} {off} {extent} in single precision");
                 }
             }
         }
