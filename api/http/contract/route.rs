@@ -6,6 +6,7 @@ use super::schemas::{Schemas, bytes};
 use crate::http::auth::tenant::Scope;
 use crate::http::extract::parameter::Parameter;
 use crate::http::extract::query::Query;
+use crate::http::extract::scene_types::SCENE_TYPES;
 use crate::http::extract::variation::{self, Variation};
 use crate::http::state::App;
 use axum::handler::Handler;
@@ -103,26 +104,20 @@ pub(crate) fn example_scene() -> Value {
     })
 }
 
-/// Scenes in other formats than JSON.
-const FILES: [Content; 8] = [
-    Content::file("model/gltf-binary"),
-    Content::text("model/gltf+json"),
-    Content::text("model/obj"),
-    Content::file("model/stl"),
-    Content::file("model/ply"),
-    Content::file("multipart/form-data"),
-    Content::text("text/x-nff"),
-    Content::file("application/gzip"),
-];
-
 /// The same in Neutral File Format.
 const EXAMPLE_NFF: &str = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 16 16\nl 3 3 3\n\
                            f 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
 
+/// Scenes in other formats than JSON.
+fn files() -> impl Iterator<Item = Content> {
+    let files = SCENE_TYPES.iter().filter(|it| it.format != Format::Json);
+    files.map(|it| if it.is_text { Content::text(it.name) } else { Content::file(it.name) })
+}
+
 impl Body {
     /// The same or a file of any other format of scenes.
     pub(crate) fn or_files(mut self) -> Self {
-        self.contents.extend(FILES);
+        self.contents.extend(files());
         self
     }
 
@@ -132,7 +127,7 @@ impl Body {
         let variation = Content { media_type: variation::MEDIA_TYPE, schema: Schemas::body::<Variation<'_>> };
         Self {
             about: "The scene; a model, with its parts as multipart/form-data; NFF plain or gzip; or a variation of a known scene",
-            contents: [scene, variation].into_iter().chain(FILES).collect(),
+            contents: [scene, variation].into_iter().chain(files()).collect(),
             example: Some(example_scene()),
         }
     }

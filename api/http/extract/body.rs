@@ -1,5 +1,6 @@
 //! Request bodies: which format, how large, how slow. They may come compressed (`Content-Encoding: gzip`); limits are on what comes out.
 
+use super::scene_types::{advice, format_of};
 use super::variation;
 use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem};
@@ -27,15 +28,8 @@ pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Pro
     let kind = text(headers, header::CONTENT_TYPE);
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
     let format = match kind.as_str() {
-        "application/json" | variation::MEDIA_TYPE => Some(Format::Json),
-        "text/x-nff" | "application/gzip" | "application/x-gzip" => Some(Format::Nff),
         "" | "application/x-www-form-urlencoded" | "application/octet-stream" => None,
-        "model/gltf+json" | "model/gltf-binary" => Some(Format::Gltf),
-        "model/obj" => Some(Format::Obj),
-        "model/stl" | "model/x.stl-binary" | "model/x.stl-ascii" => Some(Format::Stl),
-        "model/ply" => Some(Format::Ply),
-        "multipart/form-data" => Some(Format::Parts),
-        _ => return Err(unsupported(format!("Content-Type {kind} is no scene format"))),
+        name => Some(format_of(name).ok_or_else(|| unsupported(&format!("Content-Type {name} is no scene format")))?),
     };
     encoding(headers).map(|_| format)
 }
@@ -60,10 +54,10 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
             } else {
                 "this looks like Neutral File Format, which needs its Content-Type"
             };
-            Err(unsupported(what.into()))
+            Err(unsupported(what))
         }
-        None if body.is_empty() => Err(unsupported("the body is empty".into())),
-        None => Err(unsupported("there is no Content-Type, and the body is not a JSON object".into())),
+        None if body.is_empty() => Err(unsupported("the body is empty")),
+        None => Err(unsupported("there is no Content-Type, and the body is not a JSON object")),
     }
 }
 
@@ -106,12 +100,8 @@ fn text(headers: &HeaderMap, name: HeaderName) -> &str {
     headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
 }
 
-fn unsupported(what: String) -> Problem {
-    let detail = format!(
-        "{what}: send application/json, model/gltf-binary, model/gltf+json, model/obj, model/stl, model/ply, multipart/form-data \
-         for a model with parts, text/x-nff, or application/gzip for compressed NFF"
-    );
-    Problem::new(Kind::UnsupportedMediaType, detail)
+fn unsupported(what: &str) -> Problem {
+    Problem::new(Kind::UnsupportedMediaType, format!("{what}: {}", advice()))
 }
 
 /// Reads a whole body, within the limits. A client that announces too large a body is refused before it sends it.

@@ -12,4 +12,5 @@ pub(crate) mod prefer;
 pub(crate) mod query;
 pub(crate) mod scene_request;
 mod scene_settings;
+pub(crate) mod scene_types;
 pub(crate) mod variation;

@@ -5,6 +5,7 @@ use crate::http::extract::accept;
 use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
+use crate::http::extract::scene_types;
 use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{JobView, picture_of, until_final};
@@ -116,16 +117,10 @@ async fn other_methods(State(app): State<App>, request: Request) -> Result<Respo
 }
 
 fn allowed() -> HeaderMap {
-    HeaderMap::from_iter([
-        (header::ALLOW, HeaderValue::from_static(ALLOWED)),
-        (
-            HeaderName::from_static("accept-query"),
-            HeaderValue::from_static(
-                "application/json, application/vnd.strahl.variation+json, model/gltf-binary, model/gltf+json, model/obj, \
-                 model/stl, model/ply, multipart/form-data, text/x-nff, application/gzip",
-            ),
-        ),
-    ])
+    let mut headers = HeaderMap::new();
+    put(&mut headers, header::ALLOW, ALLOWED);
+    put(&mut headers, HeaderName::from_static("accept-query"), &scene_types::names());
+    headers
 }
 
 async fn answer(
