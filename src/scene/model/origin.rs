@@ -1,7 +1,7 @@
 //! Models that stand far from the origin, as maps do, are moved there: single precision has 24 bits for where a point is, of which
 //! distance leaves few for shape.
 
-use super::framing::box_of;
+use super::placed_meshes::box_of;
 use crate::models::{Model, Subject, Warning};
 use glam::{DMat4, DVec3};
 

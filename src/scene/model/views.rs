@@ -1,7 +1,8 @@
 //! What views of a model differ in: camera, lights, floor and film. Its bodies and materials are the same in each, so a second
 //! view is a variation of the first.
 
-use super::framing::{self, Placed};
+use super::framing;
+use super::placed_meshes::Placed;
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Subject, Warning, counted};
