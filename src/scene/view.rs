@@ -19,7 +19,8 @@ impl Views {
         accept: Accept<'_, E>,
     ) -> Result<Option<Loaded>, NotLoaded<E>> {
         let (start, own) = (Instant::now(), original.description);
-        let seen = self.seen(&own.objects[..self.bodies.min(own.objects.len())], &own.definitions, overrides)?;
+        let bodies = &own.objects[..self.bodies.min(own.objects.len())];
+        let seen = self.seen(bodies, &own.definitions, &own.materials, overrides)?;
         if seen.has_floor != self.has_floor(own) {
             return Ok(None);
         }

@@ -192,7 +192,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
     let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));
     let (materials, names, pictures) = look::materials(&mut model, "", &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
-    let bounds = Placed::of(&objects, &definitions).bounds();
+    let bounds = Placed::of(&objects, &definitions, &materials).bounds();
     let views = Views {
         name: model.name.map(|name| shortened(&name, NAME_BYTES)),
         bodies: objects.len(),
@@ -202,7 +202,7 @@ fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Proble
         is_unlit,
         warnings: [read, of_look, of_fast],
     };
-    let seen = views.seen(&objects, &definitions, overrides)?;
+    let seen = views.seen(&objects, &definitions, &materials, overrides)?;
     let description = views.described(seen, definitions, objects, materials);
     Ok(Imported { description, from_files: model.has_parts, views, pictures })
 }

@@ -1,7 +1,7 @@
 //! The meshes of a model where they are placed: how far they reach, and whether anything of them is seen.
 
 use crate::control;
-use crate::scene::description::Object;
+use crate::scene::description::{Material, Mesh, Object};
 use crate::scene::named::Named;
 use glam::{DMat4, DVec3};
 use std::collections::HashMap;
@@ -18,20 +18,38 @@ pub(super) struct Placed<'a>(Vec<PlacedMesh<'a>>);
 struct PlacedMesh<'a> {
     points: &'a [[f64; 3]],
     faces: &'a [[u32; 3]],
+    /// Whether it is seen from its front alone.
+    one_sided: bool,
     matrices: Vec<DMat4>,
+}
+
+/// What of a model is seen from a point, whatever is in front of it.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// Some triangles, or there are too many to know.
+    Something,
+    /// None: all are lines, or the model is flat and seen from its edge.
+    Edges,
+    /// None: all that have an area turn their backs, which are not seen.
+    Backs,
 }
 
 impl<'a> Placed<'a> {
     /// Those of the objects of a model: meshes, and instances of meshes.
-    pub(super) fn of(objects: &'a [Object], definitions: &'a Named<Vec<Object>>) -> Self {
+    pub(super) fn of(
+        objects: &'a [Object],
+        definitions: &'a Named<Vec<Object>>,
+        materials: &Named<Material>,
+    ) -> Self {
+        let placed_at = |mesh: &'a Mesh, matrices: Vec<DMat4>| {
+            let material = mesh.material.as_ref().and_then(|name| materials.get(name));
+            let one_sided = material.is_some_and(|material| material.one_sided);
+            PlacedMesh { points: &mesh.vertices, faces: &mesh.faces, one_sided, matrices }
+        };
         let (mut placed, mut places) = (Vec::new(), HashMap::new());
         for object in objects {
             match object {
-                Object::Mesh(mesh) => placed.push(PlacedMesh {
-                    points: &mesh.vertices,
-                    faces: &mesh.faces,
-                    matrices: vec![DMat4::IDENTITY],
-                }),
+                Object::Mesh(mesh) => placed.push(placed_at(mesh, vec![DMat4::IDENTITY])),
                 Object::Instance(instance) => {
                     let matrix = instance.transform.matrix.map_or(DMat4::IDENTITY, |it| DMat4::from_cols_array(&it));
                     places.entry(instance.of.as_str()).or_insert_with(Vec::new).push(matrix);
@@ -43,8 +61,7 @@ impl<'a> Placed<'a> {
             let Some(matrices) = places.remove(name.as_str()) else { continue };
             for object in objects {
                 if let Object::Mesh(mesh) = object {
-                    let matrices = matrices.clone();
-                    placed.push(PlacedMesh { points: &mesh.vertices, faces: &mesh.faces, matrices });
+                    placed.push(placed_at(mesh, matrices.clone()));
                 }
             }
         }
@@ -54,7 +71,7 @@ impl<'a> Placed<'a> {
     /// Points where they are.
     #[cfg(test)]
     pub(super) fn points(points: &'a [[f64; 3]]) -> Self {
-        Self(vec![PlacedMesh { points, faces: &[], matrices: vec![DMat4::IDENTITY] }])
+        Self(vec![PlacedMesh { points, faces: &[], one_sided: false, matrices: vec![DMat4::IDENTITY] }])
     }
 
     /// The corners of the box around all of it, if there is any.
@@ -75,25 +92,34 @@ impl<'a> Placed<'a> {
         (extent.is_finite() && extent > 0.0).then_some((low, high))
     }
 
-    /// Whether no triangle has an area as seen from a point: all are lines, or the model is flat and seen from its edge.
-    pub(super) fn is_edge_on(&self, eye: DVec3) -> bool {
-        let mut left = VERTICES;
-        for PlacedMesh { points, faces, matrices } in &self.0 {
-            let is_seen = |matrix: &DMat4, face: &[u32; 3]| {
-                let [a, b, c] = face.map(|i| matrix.transform_point3(DVec3::from_array(points[i as usize])) - eye);
-                let (normal, edges) = ((b - a).cross(c - a), (b - a).length() * (c - a).length());
-                normal.length() > FLAT * edges && a.dot(normal).abs() > FLAT * a.length() * normal.length()
-            };
+    /// What is seen of it from a point.
+    pub(super) fn sight_from(&self, eye: DVec3) -> Sight {
+        let (mut left, mut has_backs) = (VERTICES, false);
+        for PlacedMesh { points, faces, one_sided, matrices } in &self.0 {
             for matrix in matrices {
                 // It would only be a warning.
-                let Some(rest) = left.checked_sub(faces.len() as u64) else { return false };
+                let Some(rest) = left.checked_sub(faces.len() as u64) else { return Sight::Something };
                 left = rest;
-                if control::step(faces.len() as u32 / 64 + 1) || faces.iter().any(|face| is_seen(matrix, face)) {
-                    return false;
+                if control::step(faces.len() as u32 / 64 + 1) {
+                    return Sight::Something;
+                }
+                // The fronts of a mirrored mesh stay outside.
+                let outside = if matrix.determinant() < 0.0 { -1.0 } else { 1.0 };
+                for face in *faces {
+                    let [a, b, c] = face.map(|i| matrix.transform_point3(DVec3::from_array(points[i as usize])) - eye);
+                    let (normal, edges) = ((b - a).cross(c - a), (b - a).length() * (c - a).length());
+                    let away = a.dot(normal) * outside;
+                    if normal.length() <= FLAT * edges || away.abs() <= FLAT * a.length() * normal.length() {
+                        continue;
+                    }
+                    if !one_sided || away < 0.0 {
+                        return Sight::Something;
+                    }
+                    has_backs = true;
                 }
             }
         }
-        true
+        if has_backs { Sight::Backs } else { Sight::Edges }
     }
 }
 

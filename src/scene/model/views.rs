@@ -2,7 +2,7 @@
 //! view is a variation of the first.
 
 use super::framing;
-use super::placed_meshes::Placed;
+use super::placed_meshes::{Placed, Sight};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Subject, Warning, counted};
@@ -50,25 +50,18 @@ impl Views {
         &self,
         objects: &[Object],
         definitions: &Named<Vec<Object>>,
+        materials: &Named<Material>,
         overrides: &Overrides,
     ) -> Result<Seen, Problems> {
         let options = &overrides.model;
         let image = self.size(overrides);
         let shown = overrides.size(image);
         let aspect = f64::from(shown.width.max(1)) / f64::from(shown.height.max(1));
-        let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions);
+        let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions, materials);
         let camera = self.camera(&placed, options, aspect)?;
         let [mut warnings, of_look, of_fast] = self.warnings.clone();
-        if let Camera::Pinhole(camera) = &camera
-            && placed.is_edge_on(DVec3::from_array(camera.eye))
-        {
-            let detail = "all triangles are lines from where the camera is, so nothing is seen: a flat model shows in another view";
-            warnings.push(Warning {
-                subject: Subject::Skipped,
-                what: "edges",
-                detail: detail.to_owned(),
-                pointer: String::new(),
-            });
+        if let Camera::Pinhole(camera) = &camera {
+            warnings.extend(warning_of_sight(placed.sight_from(DVec3::from_array(camera.eye))));
         }
         let fidelity = overrides.fidelity.unwrap_or_default();
         let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
@@ -171,4 +164,21 @@ impl Views {
     pub fn has_floor(&self, view: &Description) -> bool {
         view.objects.len() > self.bodies
     }
+}
+
+/// Says why nothing is seen.
+fn warning_of_sight(sight: Sight) -> Option<Warning> {
+    let (what, detail) = match sight {
+        Sight::Something => return None,
+        Sight::Edges => (
+            "edges",
+            "all triangles are lines from where the camera is, so nothing is seen: a flat model shows in another view",
+        ),
+        Sight::Backs => (
+            "backs",
+            "all triangles turn their backs to the camera, and the materials show fronts only, so nothing is seen: look from \
+             the other side, or set doubleSided in the file",
+        ),
+    };
+    Some(Warning { subject: Subject::Skipped, what, detail: detail.to_owned(), pointer: String::new() })
 }

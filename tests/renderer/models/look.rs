@@ -359,3 +359,44 @@ fn what_is_seen_from_its_edge_is_said() {
         assert_eq!((warned, empty), (is_unseen, is_unseen), "{view}");
     }
 }
+
+/// A triangle that looks to the front, as a file and the node that places it.
+fn gltf_triangle(node: &Value, material: &Value) -> Vec<u8> {
+    let points = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = points.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let file = json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [node],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+        "materials": [material],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": format!("data:application/octet-stream;base64,{}", BASE64.encode(&bytes)) }],
+    });
+    file.to_string().into_bytes()
+}
+
+/// What shows its front alone is seen from one side, also where it is mirrored.
+#[test]
+fn what_turns_its_back_is_said() {
+    let (plain, both) = (json!({}), json!({ "doubleSided": true }));
+    let at = json!({ "mesh": 0 });
+    let mirrored = json!({ "mesh": 0, "scale": [-1, 1, 1] });
+    let turned = json!({ "mesh": 0, "scale": [1, 1, -1] });
+    let cases = [
+        (&at, &plain, "front", false),
+        (&at, &plain, "back", true),
+        (&at, &both, "back", false),
+        (&mirrored, &plain, "front", false),
+        (&mirrored, &plain, "back", true),
+        (&turned, &plain, "front", true),
+        (&turned, &plain, "back", false),
+    ];
+    for (node, material, view, is_unseen) in cases {
+        let bytes = gltf_triangle(node, material);
+        let warned = warns(&imported(&bytes, ModelFormat::Gltf, &overrides(view)), "skipped: backs");
+        let empty = seen(&bytes, Format::Gltf, &overrides(view)).codes.iter().all(|codes| *codes == [0; 3]);
+        assert_eq!((warned, empty), (is_unseen, is_unseen), "{node} {material} {view}");
+    }
+}
