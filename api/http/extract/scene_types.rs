@@ -39,11 +39,8 @@ pub(crate) const SCENE_TYPES: [SceneType; 10] = [
 ];
 
 /// Other names of some of them.
-const ALIASES: [(&str, Format); 3] = [
-    ("application/x-gzip", Format::Nff),
-    ("model/x.stl-binary", Format::Stl),
-    ("model/x.stl-ascii", Format::Stl),
-];
+const ALIASES: [(&str, Format); 3] =
+    [("application/x-gzip", Format::Nff), ("model/x.stl-binary", Format::Stl), ("model/x.stl-ascii", Format::Stl)];
 
 /// The format that a name in lower case stands for.
 pub(super) fn format_of(name: &str) -> Option<Format> {

@@ -36,11 +36,7 @@ pub(super) enum Sight {
 
 impl<'a> Placed<'a> {
     /// Those of the objects of a model: meshes, and instances of meshes.
-    pub(super) fn of(
-        objects: &'a [Object],
-        definitions: &'a Named<Vec<Object>>,
-        materials: &Named<Material>,
-    ) -> Self {
+    pub(super) fn of(objects: &'a [Object], definitions: &'a Named<Vec<Object>>, materials: &Named<Material>) -> Self {
         let placed_at = |mesh: &'a Mesh, matrices: Vec<DMat4>| {
             let material = mesh.material.as_ref().and_then(|name| materials.get(name));
             let one_sided = material.is_some_and(|material| material.one_sided);

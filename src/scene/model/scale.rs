@@ -1,8 +1,8 @@
 //! Models of extreme sizes are scaled: scenes have smallest lengths and greatest intensities, and single precision has neither the
 //! square of the area of a tiny triangle nor that of a huge one.
 
-use super::placed_meshes::box_of;
 use super::origin::bounds;
+use super::placed_meshes::box_of;
 use crate::models::{LampKind, Model, Projection, Subject, Warning};
 use crate::scene::problem::{Code, Problem, Problems};
 use glam::{DMat4, DVec3};
