@@ -117,16 +117,20 @@ impl Assets {
         has_scene: impl Fn(&str) -> bool,
     ) -> Result<bool, Error> {
         let _alone = self.changes.lock();
-        if self.owns(tenant, hash) {
+        // Who sends bytes again may know that those on the shelf are damaged.
+        let is_whole = self.shelf.get(hash).is_some();
+        if is_whole && self.owns(tenant, hash) {
             return Ok(false);
         }
+        self.known.lock().remove(tenant, hash);
         self.make_room(tenant, bytes.len() as u64, named, has_scene)?;
         let put = || {
-            let put_absent = || if self.shelf.has(hash) { Ok(()) } else { self.shelf.put(hash, bytes) };
-            put_absent()?;
+            if !is_whole {
+                self.shelf.put(hash, bytes)?;
+            }
             self.shelf.claim(hash, tenant, bytes.len() as u64)?;
             // Another front may have removed them with the last claim before this one.
-            put_absent()
+            if self.shelf.has(hash) { Ok(()) } else { self.shelf.put(hash, bytes) }
         };
         put().map_err(|error: io::Error| Error::io("the asset cannot be kept", &error))?;
         self.known.lock().add(tenant, hash, bytes.len() as u64);
@@ -199,15 +203,16 @@ impl Assets {
         self.known.lock().named.insert(id.to_owned(), hashes.to_vec());
     }
 
-    /// Whether this process knows that a tenant has sent the bytes of a hash. It never waits. This counts as a use.
+    /// Whether this process knows that a tenant has sent the bytes of a hash, whether they are there or not. It never waits. This
+    /// counts as a use.
     pub(crate) fn knows(&self, tenant: &str, hash: &str) -> bool {
         self.known.lock().claims.get_mut(tenant).is_some_and(|claims| claims.get(hash).is_some())
     }
 
-    /// Whether a tenant has sent the bytes of a hash. In a farm it may wait for the store. This counts as a use.
+    /// Whether a tenant has sent the bytes of a hash, and they are there. In a farm it may wait for the store. This counts as a use.
     pub(crate) fn owns(&self, tenant: &str, hash: &str) -> bool {
         if self.shelf.listed().is_some() {
-            return self.knows(tenant, hash);
+            return self.knows(tenant, hash) && self.shelf.has(hash);
         }
         // Another front may have heard of it, or taken it back.
         let claimed = self.shelf.claimed(hash, tenant).filter(|_| self.shelf.has(hash));
@@ -257,7 +262,7 @@ impl Assets {
         };
         let failed = |error: io::Error| Error::io("the asset cannot be deleted", &error);
         let _alone = self.changes.lock();
-        let Some(bytes) = self.size(tenant, hash) else { return self.check_store().map(|()| false) };
+        let Some(bytes) = self.claim_of(tenant, hash) else { return self.check_store().map(|()| false) };
         needed()?;
         self.unclaim(tenant, hash).map_err(failed)?;
         if let Err(needed) = needed() {
@@ -267,6 +272,14 @@ impl Assets {
         }
         self.shelf.remove_unclaimed(hash).map_err(failed)?;
         Ok(true)
+    }
+
+    /// Bytes of an asset that a tenant has sent, whether they are there or not.
+    fn claim_of(&self, tenant: &str, hash: &str) -> Option<u64> {
+        match self.shelf.listed() {
+            Some(_) => self.known.lock().claims.get(tenant)?.peek(hash).copied(),
+            None => self.shelf.claimed(hash, tenant),
+        }
     }
 
     fn unclaim(&self, tenant: &str, hash: &str) -> io::Result<()> {
@@ -333,6 +346,35 @@ mod tests {
         assert_eq!([assets.size("one", &hash), assets.size("two", &hash)], [None, Some(4)]);
         assert!(remove(&assets, "two"));
         assert!(!assets.shelf.has(&hash));
+    }
+
+    #[test]
+    fn what_is_damaged_or_gone_is_missing_until_it_is_sent_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let assets = Assets::open(folder.path(), 6, false).unwrap();
+        let hash = sha256(b"duck");
+        let file = folder.path().join(&hash);
+        let flipped = || {
+            let mut bytes = std::fs::read(&file).unwrap();
+            *bytes.last_mut().unwrap() ^= 1;
+            std::fs::write(&file, bytes).unwrap();
+        };
+        assert!(kept(&assets, "one", b"duck", &[]).unwrap());
+        for spoil in [&flipped as &dyn Fn(), &|| std::fs::remove_file(&file).unwrap()] {
+            spoil();
+            assert!(assets.get("one", &hash).is_none() && !assets.owns("one", &hash));
+            // It takes its own place.
+            assert!(kept(&assets, "one", b"duck", &[]).unwrap());
+            assert_eq!(assets.get("one", &hash).as_deref(), Some(&b"duck"[..]));
+        }
+        // Also if nobody has seen it yet.
+        flipped();
+        assert!(kept(&assets, "one", b"duck", &[]).unwrap() && !kept(&assets, "one", b"duck", &[]).unwrap());
+        assert_eq!(assets.get("one", &hash).as_deref(), Some(&b"duck"[..]));
+        flipped();
+        assert!(assets.get("one", &hash).is_none());
+        assert!(assets.remove("one", &hash, || Ok(None)).unwrap());
+        assert_eq!(assets.bytes("one"), [0, 6]);
     }
 
     #[test]
