@@ -3,23 +3,32 @@
 //! Three lanes have equal shares of the time: tiles that somebody looks at, renders that somebody waits for, and jobs. So
 //! what is interactive has at least half of it when both want it, and all of it when no job does. Within a lane tenants
 //! share by weight, within a tenant the higher priority goes first, which for jobs grows with the time since they were accepted.
-//! Two renders of a tenant take turns, so that a short one ends before a long one that came first; others wait until one of
-//! them has ended, since each that has begun takes memory. Jobs go one after the other.
+//! Renders of a tenant take turns while they are young, so that a short one ends before long ones that came first (as in
+//! multilevel feedback queues, Corbató 1962). Of those that have turned out to be long only two take turns with them, or all would end late; and few
+//! begin at all, since each that has begun takes memory. Jobs go one after the other.
 
 use super::shares::Shares;
 use super::task::{Class, Task, aged};
-use std::collections::HashSet;
+use std::cmp::Reverse;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::time::{Duration, Instant};
 
-/// Renders of a tenant that take turns.
-const TAKING_TURNS: usize = 2;
+/// Time of the pool for which a render is young.
+const YOUNG: Duration = Duration::from_millis(200);
+
+/// Renders of a tenant that are not young any more, and take turns.
+const LONG: usize = 2;
+
+/// Renders of a tenant that have begun and not ended.
+const BEGUN: usize = 8;
 
 /// The queue. A task joins it once, and then waits in it any number of times, each time with a `T`.
 #[derive(Debug)]
 pub(super) struct FairQueue<T> {
     waiting: Vec<Waiting<T>>,
-    /// Ids of tasks that have joined, and have had the pool.
-    begun: HashSet<u64>,
+    /// Ids of tasks that have joined and have had the pool, and for how long.
+    begun: HashMap<u64, Duration>,
     /// Tasks that have joined and places that were taken.
     count: u64,
     shares: Shares,
@@ -37,7 +46,7 @@ pub(super) struct Waiting<T> {
 
 impl<T> Default for FairQueue<T> {
     fn default() -> Self {
-        Self { waiting: Vec::new(), begun: HashSet::new(), count: 0, shares: Shares::default() }
+        Self { waiting: Vec::new(), begun: HashMap::new(), count: 0, shares: Shares::default() }
     }
 }
 
@@ -51,13 +60,13 @@ impl<T> FairQueue<T> {
     /// A task leaves for good.
     pub(super) fn leave(&mut self, id: u64, task: &Task) {
         self.remove(id, |_| true);
-        let begun = self.begun.remove(&id);
+        let begun = self.begun.remove(&id).is_some();
         self.shares.leave(task, begun);
     }
 
     /// A task begins to wait.
     pub(super) fn push(&mut self, id: u64, task: Task, with: T) {
-        let place = if self.begun.contains(&id) { self.number() } else { id };
+        let place = if self.begun.contains_key(&id) { self.number() } else { id };
         self.waiting.push(Waiting { id, task, place, with });
     }
 
@@ -71,23 +80,38 @@ impl<T> FairQueue<T> {
     pub(super) fn pop(&mut self) -> Option<Waiting<T>> {
         let (class, tenant) = self.shares.serve(self.waiting.iter().map(|waiting| &waiting.task))?;
         let of_tenant = |(_, Waiting { task, .. }): &(usize, &Waiting<T>)| task.class == class && task.tenant == tenant;
-        let of_tenant = self.waiting.iter().enumerate().filter(of_tenant);
-        let begun = |(_, waiting): &(usize, &Waiting<T>)| self.begun.contains(&waiting.id);
-        // If all that have begun are busy elsewhere, the pool is not kept waiting for them.
-        let full = class == Class::Renders
-            && self.shares.begun(class, &tenant) >= TAKING_TURNS
-            && of_tenant.clone().any(|waiting| begun(&waiting));
+        let mut of_tenant: Vec<(usize, &Waiting<T>)> = self.waiting.iter().enumerate().filter(of_tenant).collect();
+        if class == Class::Renders {
+            self.leave_those_in_turn(&mut of_tenant, self.shares.begun(class, &tenant));
+        }
         let now = Instant::now();
-        let next = of_tenant.filter(|waiting| !full || begun(waiting)).max_by(|(_, a), (_, b)| a.rank(b, now))?.0;
+        let next = of_tenant.into_iter().max_by(|(_, a), (_, b)| a.rank(b, now))?.0;
         let next = self.waiting.swap_remove(next);
-        if self.begun.insert(next.id) {
+        if let Entry::Vacant(entry) = self.begun.entry(next.id) {
+            entry.insert(Duration::ZERO);
             self.shares.begin(class, &tenant);
         }
         Some(next)
     }
 
+    /// Of the renders of a tenant that wait, of which so many have begun, leaves those that take turns.
+    fn leave_those_in_turn(&self, waiting: &mut Vec<(usize, &Waiting<T>)>, begun: usize) {
+        let had = |waiting: &Waiting<T>| self.begun.get(&waiting.id);
+        // If all that have begun are busy elsewhere, the pool is not kept waiting for them.
+        if begun >= BEGUN && waiting.iter().any(|(_, it)| had(it).is_some()) {
+            waiting.retain(|(_, it)| had(it).is_some());
+        }
+        let is_long = |it: &Waiting<T>| had(it).is_some_and(|had| *had >= YOUNG);
+        let mut long: Vec<(Reverse<u8>, u64)> =
+            waiting.iter().filter(|(_, it)| is_long(it)).map(|(_, it)| (Reverse(it.task.priority()), it.id)).collect();
+        long.sort_unstable();
+        let in_turn = &long[..long.len().min(LONG)];
+        waiting.retain(|(_, it)| !is_long(it) || in_turn.iter().any(|(_, id)| *id == it.id));
+    }
+
     /// A task has had the pool.
-    pub(super) fn charge(&mut self, task: &Task, time: Duration) {
+    pub(super) fn charge(&mut self, id: u64, task: &Task, time: Duration) {
+        self.begun.entry(id).and_modify(|had| *had += time);
         self.shares.charge(task.class, &task.tenant, task.weight, time);
     }
 
@@ -143,7 +167,7 @@ mod tests {
         let mut served = Vec::new();
         while let Some(Waiting { id, task, with, .. }) = queue.pop() {
             served.push(with);
-            queue.charge(&task, Duration::from_millis(1));
+            queue.charge(id, &task, Duration::from_millis(1));
             let more = left.get_mut(&id).unwrap();
             *more -= 1;
             if *more > 0 { queue.push(id, task, with) } else { queue.leave(id, &task) }
@@ -191,10 +215,35 @@ mod tests {
         assert_eq!(order_of(tasks, 2), ["important", "important", "first", "first", "second", "second"]);
         let render = |name| (task(Class::Renders, "a"), name);
         let tasks = vec![render("first"), render("second"), render("third")];
-        // The third begins when the first has left.
-        assert_eq!(order_of(tasks, 2), ["first", "second", "first", "third", "second", "third"]);
+        assert_eq!(order_of(tasks, 2), ["first", "second", "third", "first", "second", "third"]);
         let tile = |name| (task(Class::Tiles, "a"), name);
         assert_eq!(order_of(vec![tile("old"), tile("middle"), tile("new")], 1), ["new", "middle", "old"]);
+    }
+
+    #[test]
+    fn long_renders_hold_up_no_short_one_and_two_of_them_take_turns() {
+        let mut queue = FairQueue::default();
+        let render = task(Class::Renders, "a");
+        let mut serve = |queue: &mut FairQueue<u64>, time: u64| {
+            let Waiting { id, task, with, .. } = queue.pop().unwrap();
+            queue.charge(id, &task, Duration::from_millis(time));
+            queue.push(id, task, with);
+            with
+        };
+        let join = |queue: &mut FairQueue<u64>, name: u64| {
+            let id = queue.join(&render);
+            queue.push(id, render.clone(), name);
+            id
+        };
+        let ids: Vec<u64> = (0..20).map(|name| join(&mut queue, name)).collect();
+        // Eight begin, and turn out to be long; the others wait.
+        let served: Vec<u64> = (0..80).map(|_| serve(&mut queue, 25)).collect();
+        assert!(served[..64].iter().all(|name| *name < 8), "{served:?}");
+        assert!(served[64..].iter().all(|name| *name < 2), "{served:?}");
+        // The next one begins when one has ended, and has each third turn.
+        queue.leave(ids[0], &render);
+        let served: Vec<u64> = (0..6).map(|_| serve(&mut queue, 25)).collect();
+        assert_eq!(served.iter().filter(|name| **name == 8).count(), 2, "{served:?}");
     }
 
     #[test]
@@ -212,7 +261,7 @@ mod tests {
         for _ in 0..20 {
             queue.push(id, busy.clone(), "busy");
             queue.pop().unwrap();
-            queue.charge(&busy, Duration::from_millis(1));
+            queue.charge(id, &busy, Duration::from_millis(1));
         }
         let served = order(&mut queue, vec![(busy, "busy"), (task(Class::Jobs, "new"), "new")], 20);
         let new = served[..20].iter().filter(|name| **name == "new").count();

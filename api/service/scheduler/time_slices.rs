@@ -169,7 +169,7 @@ impl State {
     /// Lets the owner wait like all others, and go on if it is next.
     fn preempt(&mut self, now: Instant) -> Option<(u64, Start)> {
         let Owner { id, task, candidate, began } = self.owner.take()?;
-        self.queue.charge(&task, now - began);
+        self.queue.charge(id, &task, now - began);
         let control = candidate.control.clone();
         self.queue.push(id, task, candidate);
         let start = self.serve();
@@ -244,8 +244,8 @@ impl Slices {
 impl Drop for Slices {
     fn drop(&mut self) {
         let mut state = self.shared.state.lock();
-        if let Some(Owner { task, began, .. }) = state.owner.take_if(|owner| owner.id == self.id) {
-            state.queue.charge(&task, began.elapsed());
+        if let Some(Owner { id, task, began, .. }) = state.owner.take_if(|owner| owner.id == self.id) {
+            state.queue.charge(id, &task, began.elapsed());
         } else if let Some(paused) = state.queue.remove(self.id, |_| true) {
             // It has ended before it noticed.
             paused.control.resume();
