@@ -2,7 +2,7 @@
 
 use super::askers::Askers;
 use super::event_log::{Events, Herald};
-use super::record::{Failure, Record, State};
+use super::record::{Failure, Record, State, Stats};
 use super::rendering::{Rendering, tiles_of};
 use super::tile_order::REMEMBERED;
 use crate::service::error::Error;
@@ -147,9 +147,11 @@ impl Job {
         }
         self.stored.store(revision, Ordering::Relaxed);
         self.priority.store(record.priority, Ordering::Relaxed);
-        // What a render measures is here first.
-        let stats = if record.lives == here.lives && !record.state.is_final() { here.stats } else { record.stats };
-        let frames = if record.lives == here.lives && !record.state.is_final() { here.frames } else { record.frames };
+        // What a render measures is here first; how long it waited is in what was written.
+        let (stats, frames) = match record.lives == here.lives && !record.state.is_final() {
+            true => (Stats { queue_ms: record.stats.queue_ms, ..here.stats }, here.frames),
+            false => (record.stats, record.frames),
+        };
         Some(std::mem::replace(&mut *here, Record { stats, frames, ..record }))
     }
 
