@@ -83,10 +83,14 @@ impl Query {
         }
         let [width, height] = size.map_or([width, height], |size| size.map(Some));
         let most = limits::IMAGE_SIDE.max as f64;
-        for pixels in [width, height].into_iter().flatten() {
-            let scaled = f64::from(pixels) * dpr.unwrap_or(1.0);
+        for (side, pixels) in [("width", width), ("height", height)] {
+            let scaled = f64::from(pixels.unwrap_or_default()) * dpr.unwrap_or(1.0);
             if scaled > most {
-                self.wrong("dpr", "out-of-range", format!("{scaled} pixels are more than {most} (image_side)"));
+                self.wrong(
+                    "dpr",
+                    "out-of-range",
+                    format!("a {side} of {scaled} pixels is more than {most} (image_side)"),
+                );
             }
         }
         ([width, height], dpr)

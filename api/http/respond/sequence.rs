@@ -128,7 +128,7 @@ pub(crate) async fn animation(
         };
         app.service.run(tenant.task(Class::Renders), work).await?.value
     };
-    let made = made.ok_or_else(|| Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again"))?;
+    let made = made.ok_or_else(damaged)?;
     let mut answer = warnings_of(app, job, made.warning()).await?;
     let bytes = made.file;
     answer.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
@@ -170,8 +170,13 @@ pub(crate) async fn sheet(
     let (service, sequence) = (Arc::clone(&app.service), Arc::clone(job));
     let work = move |work: &Work| -> Result<_, Error> { work.workers.work(|| service.sheet(&sequence, columns))? };
     let made = app.service.run(tenant.task(Class::Renders), work).await?.value;
-    let png = made.ok_or_else(|| no_picture(job))?;
+    let is_over = job.record().state == JobState::Succeeded;
+    let png = made.ok_or_else(|| if is_over { damaged() } else { no_picture(job) })?;
     let warnings = warnings_of(app, job, None).await?;
     let headers = [(header::CONTENT_TYPE, "image/png"), (header::CACHE_CONTROL, "no-cache")];
     Ok((headers, warnings, body(app.service.memory.metered(png)?)).into_response())
+}
+
+fn damaged() -> Problem {
+    Problem::new(Kind::Gone, "the file of a frame is damaged; submit the job again")
 }

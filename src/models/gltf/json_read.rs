@@ -167,7 +167,7 @@ impl Elements<'_> {
     fn of<T: for<'de> Deserialize<'de>>(&mut self, list: &str, elements: Vec<&RawValue>) -> Vec<T> {
         let most = ELEMENTS.min(ELEMENT_BYTES / size_of::<T>().max(1));
         if elements.len() > most {
-            let detail = format!("{} elements are over the limit of {most} (gltf_elements)", elements.len());
+            let detail = format!("{} elements are over the limit of {most} for this list (gltf_list)", elements.len());
             self.faults.push(Fault::new(list, Kind::Limit, detail));
             return Vec::new();
         }
