@@ -124,6 +124,11 @@ pub(crate) fn code_of_alpha(alpha: f32) -> u8 {
     (255.0 * alpha.clamp(0.0, 1.0)).round() as u8
 }
 
+/// An alpha with which a file can show so much light, already multiplied by it.
+fn raised(alpha: f32, light: [f32; 3]) -> f32 {
+    light.into_iter().fold(alpha, f32::max).min(1.0)
+}
+
 impl Film {
     /// Whether pictures of codes are transparent where nothing is.
     pub fn is_clear(&self) -> bool {
@@ -135,12 +140,12 @@ impl Film {
         if self.alpha.is_empty() {
             return self.display.all(&self.pixels);
         }
-        let (straight, alpha) = self.straight();
         let backdrop = self.display.backdrop().unwrap_or_default();
-        let over = |(color, alpha): (&[f32; 3], &f32)| -> [f32; 3] {
-            std::array::from_fn(|c| color[c].min(1.0) * alpha + backdrop[c] * (1.0 - alpha))
+        let over = |(pixel, alpha): (&[f32; 3], &f32)| -> [f32; 3] {
+            let shown = self.display.show_part(*pixel, *alpha);
+            std::array::from_fn(|c| shown[c] + backdrop[c] * (1.0 - alpha))
         };
-        Cow::Owned(straight.iter().zip(&alpha).map(over).collect())
+        Cow::Owned(self.pixels.par_iter().with_min_len(1 << 10).zip(&self.alpha).map(over).collect())
     }
 
     /// The alpha that files of codes have; none where they have none.
@@ -153,13 +158,9 @@ impl Film {
     /// behind it shows less.
     fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {
         let undo = |(pixel, alpha): (&[f32; 3], &f32)| {
-            let alpha = if self.display.is_linear() {
-                self.display.show(*pixel).into_iter().fold(*alpha, f32::max).min(1.0)
-            } else {
-                *alpha
-            };
-            let color = if alpha > 0.0 { pixel.map(|c| c / alpha) } else { [0.0; 3] };
-            (self.display.show(color), alpha)
+            let shown = self.display.show_part(*pixel, *alpha);
+            let alpha = raised(*alpha, shown);
+            (if alpha > 0.0 { shown.map(|channel| channel / alpha) } else { [0.0; 3] }, alpha)
         };
         self.pixels.par_iter().zip(&self.alpha).map(undo).unzip()
     }
@@ -176,34 +177,17 @@ impl Film {
         }
         let Some(&alpha) = self.alpha.get(index) else { return self.display.codes_off(pixel, highest) };
         let least = least_alpha.min(alpha);
-        // The alpha of files, and the ends of what is shown of the light, already multiplied by it.
-        let (shown, of_file, ends_of_file, ends) = if self.display.is_linear() {
-            let [low, high] = [pixel, highest].map(|radiance| self.display.show(radiance));
-            let raised = |alpha: f32, light: [f32; 3]| light.into_iter().fold(alpha, f32::max).min(1.0);
-            let ends = std::array::from_fn(|c| [low[c], high[c]].map(|light| light.min(1.0)));
-            (low.map(|light| light.min(1.0)), raised(alpha, low), [raised(least, low), raised(alpha, high)], ends)
-        } else {
-            if alpha <= 0.0 {
-                return [0; 3];
-            }
-            let shown = self.display.show(pixel.map(|c| c / alpha)).map(|color| color.min(1.0) * alpha);
-            let ends = if least > 0.0 {
-                let ends = self.display.ends(pixel.map(|c| c / alpha), highest.map(|c| c / least));
-                ends.map(|[low, high]| [low.min(1.0) * least, high.min(1.0) * alpha])
-            } else {
-                [[0.0, alpha]; 3]
-            };
-            (shown, alpha, [least, alpha], ends)
-        };
-        let backdrop = self.display.backdrop().unwrap_or_default();
-        let [clearest, densest] = ends_of_file;
-        let of_alpha = [clearest, densest].map(|end| code_of_alpha(end).abs_diff(code_of_alpha(of_file)));
+        let shown = self.display.show_part(pixel, alpha);
+        let ends = self.display.ends_of_part(pixel, highest, least, alpha);
+        let [low, high] = [0, 1].map(|end| ends.map(|ends| ends[end]));
+        let of_file = code_of_alpha(raised(alpha, shown));
+        let of_alpha = [raised(least, low), raised(alpha, high)].map(|end| code_of_alpha(end).abs_diff(of_file));
         // Files over a backdrop have no alpha.
         let of_alpha = if self.is_clear() { of_alpha[0].max(of_alpha[1]) } else { 0 };
+        let backdrop = self.display.backdrop().unwrap_or_default();
         std::array::from_fn(|c| {
             let code = |light: f32, alpha: f32| srgb::code8(light + backdrop[c] * (1.0 - alpha));
-            let [low, high] = ends[c];
-            let [low, here, high] = [code(low, densest), code(shown[c], of_file), code(high, clearest)];
+            let [low, here, high] = [code(low[c], alpha), code(shown[c], alpha), code(high[c], least)];
             high.abs_diff(here).max(low.abs_diff(here)).max(of_alpha)
         })
     }
