@@ -8,7 +8,7 @@ use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
-use crate::accel::transmittance;
+use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
 use crate::scene::effects::Effect;
@@ -156,18 +156,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             tracer.counts.shadow += u64::from(cast.bits().count_ones());
             tracer.count_lanes(cast.bits(), 0);
             let shadow = shadow_rays(s, &place, origin, cast);
-            let time = hits.time.as_ref();
-            let left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time);
-            passed = V3::select(cast, left, passed);
-            if V::DETAILS && world.effects.has(Effect::Opacity) {
-                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
-                passed = passed.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
-            }
-            if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
-                let open = cast & passed.x.max(passed.y).max(passed.z).gt(zero);
-                let shadow = Rays { active: open, ..shadow };
-                passed = passed.times(left_by_bodies(s, world, &mut tracer.media, shadow, rays.media, hits.time));
-            }
+            passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         sum.add(s, lit.bits(), radiance);
@@ -176,6 +165,29 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
         }
     }
+}
+
+/// The share of each channel that arrives along shadow rays from what `rays` hit.
+#[inline(always)]
+pub(super) fn left_on_the_way<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    blockers: Blockers,
+    shadow: Rays<L>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+) -> V3<L> {
+    let (s, world, time) = (tracer.s, tracer.world, hits.time);
+    let zero = L::lit(s, 0.0);
+    let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time.as_ref());
+    if V::DETAILS && world.effects.has(Effect::Opacity) {
+        let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
+        left = left.times(left_by_holes(s, world, blockers, Rays { active, ..shadow }, time));
+    }
+    if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
+        let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
+        left = left.times(left_by_bodies(s, world, &mut tracer.media, Rays { active, ..shadow }, rays.media, time));
+    }
+    left
 }
 
 /// The lanes of `lit` whose light adds too little to the pixel for a shadow ray, even if nothing blocks it: less than a

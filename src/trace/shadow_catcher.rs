@@ -3,15 +3,12 @@
 
 use super::hits::Hits;
 use super::kernel::Tracer;
-use super::lighting::shadow_rays;
+use super::lighting::{left_on_the_way, shadow_rays};
 use super::observer::Observer;
-use super::opacity::left_by_holes;
 use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use super::variants::Variant;
-use crate::accel::transmittance;
 use crate::lanes::{Ids, Lanes, Mask, Real, V3};
-use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 
@@ -66,12 +63,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         tracer.counts.shadow += u64::from(lit.bits().count_ones());
         tracer.count_lanes(lit.bits(), 0);
         let shadow = shadow_rays(s, &place, from, lit);
-        let (coherence, time) = (rays.coherence(), hits.time.as_ref());
-        let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
-        let open = lit & left.x.max(left.y).max(left.z).gt(zero);
-        if open.any() {
-            left = left.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
-        }
+        let left = left_on_the_way(tracer, blockers, shadow, rays, hits);
         let [red, green, blue] = light.color.map(Real::to_f64);
         let brightness = cosine * arrival.strength * L::lit(s, red + green + blue);
         let seen = sum(left) * L::lit(s, 1.0 / 3.0);

@@ -145,6 +145,41 @@ fn light_from_around_brightens_shadows_of_faithful_scenes_too() {
     }
 }
 
+/// Bottles of colored glass cast shadows as they do on other floors: by what is left of the light on its way through them.
+#[test]
+fn what_absorbs_casts_a_shadow() {
+    let scene = |glass: Value, floor: Value, film: Value| {
+        json!({
+            "version": 1, "image": { "width": 3, "height": 1 }, "background": 0, "ambient": 0,
+            "camera": { "orthographic": { "eye": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "height": 2 } },
+            "film": film,
+            "lights": [{ "directional": { "direction": [0, -1, 0] } }],
+            "materials": { "floor": floor, "glass": glass },
+            "objects": [
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor" } },
+                { "box": { "min": [-9, 50, -9], "max": [9, 52, 9], "material": "glass" } }
+            ],
+            "render": { "shadows": "transmissive", "antialias": false }
+        })
+    };
+    let catcher = json!({ "pbr": { "shadow_catcher": true } });
+    let white = json!({ "diffuse": 1 });
+    let glasses = [
+        json!({ "diffuse": 0, "transmission": 1, "ior": 1.5, "absorption": [0.1, 0.5, 1] }),
+        json!({ "diffuse": 0, "transmission": [0.9, 0.5, 0.7], "ior": 1.5, "absorption": 0.3 }),
+        json!({ "pbr": { "metallic": 0, "transmission": 1, "attenuation": { "color": [0.2, 0.8, 0.5], "distance": 1 } } }),
+    ];
+    for (glass, precision) in glasses.iter().flat_map(|glass| ["single", "double"].map(|p| (glass, p))) {
+        let of = |floor: &Value, film: Value| {
+            picture(&super::scene(scene(glass.clone(), floor.clone(), film), precision)).film
+        };
+        let alpha = of(&catcher, json!({ "background": "transparent" })).alpha[1];
+        // Its light is 1 where nothing hides the sun.
+        let left = of(&white, json!({})).pixels[1].iter().sum::<f32>() / 3.0;
+        assert!(left < 0.9 && (1.0 - left - alpha).abs() < 1e-6, "{glass} {precision}: {alpha} {left}");
+    }
+}
+
 /// The borders are those of the size that is rendered, also if a view is built for another one.
 #[test]
 fn shadows_fade_in_another_size_as_in_a_scene_of_that_size() {
