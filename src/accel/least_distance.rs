@@ -1,5 +1,6 @@
 //! Lower bounds on the distance of surfaces from a point, for lights whose strength grows without bound towards them.
 
+use super::extent::Ball;
 use super::geometry::Geometry;
 use super::item::{Instance, Item, Shape};
 use crate::lanes::Real;
@@ -25,8 +26,10 @@ fn visit<R: Real>(geometries: &[Geometry<R>], geometry: usize, point: DVec3, sca
         if let Shape::Instance(instance) = &item.shape {
             let inside = instance.geometry as usize;
             if instance.motion.is_some() {
-                // Its path is not examined: its distance may be 0.
-                forget(geometries, inside, nearest);
+                // It stays in the ball around its path.
+                let from_ball = |ball: &Ball<R>| point.distance(wide(ball.center)) - ball.radius.to_f64();
+                let least = scale * instance.ball.as_ref().map_or(0.0, from_ball).max(0.0);
+                bound(geometries, inside, least, nearest);
             } else {
                 let scale = scale / instance.to_local.largest_stretch();
                 visit(geometries, inside, into(instance, point), scale, nearest);
@@ -38,11 +41,15 @@ fn visit<R: Real>(geometries: &[Geometry<R>], geometry: usize, point: DVec3, sca
     }
 }
 
-fn forget<R: Real>(geometries: &[Geometry<R>], geometry: usize, nearest: &mut [f64]) {
+/// Nothing of a geometry is nearer than `least`.
+fn bound<R: Real>(geometries: &[Geometry<R>], geometry: usize, least: f64, nearest: &mut [f64]) {
     for item in &geometries[geometry].items {
         match &item.shape {
-            Shape::Instance(instance) => forget(geometries, instance.geometry as usize, nearest),
-            _ => nearest[item.material as usize] = 0.0,
+            Shape::Instance(instance) => bound(geometries, instance.geometry as usize, least, nearest),
+            _ => {
+                let known = &mut nearest[item.material as usize];
+                *known = known.min(least);
+            }
         }
     }
 }

@@ -33,8 +33,8 @@ fn radiance_ceiling<R: Real>(description: &Description, world: &World<R>) -> Cei
     if let Some((light, _)) = irradiance.iter().enumerate().find(|(_, at)| at.iter().any(|e| !e.is_finite())) {
         let pointer = format!("/lights/{light}");
         let why =
-            "a light with inverse-square falloff lies on a surface, or too near to it to say how near: what it adds \
-                   there has no bound. Move it, or choose another falloff"
+            "a light with inverse-square falloff lies on a surface, too near to it to say how near, or in the ball around \
+                   the path of what moves: what it adds there has no bound. Move it, or choose another falloff"
                 .to_owned();
         return Ceiling::unbounded(depth(description), why, vec![pointer]);
     }

@@ -247,6 +247,37 @@ fn what_has_no_bound_says_why() {
     assert!(loaded(text, overrides).scene.ceiling().reach.why.contains("inverse-square"));
 }
 
+/// What moves is as far from a light as the ball around its path, and follows from that as from a body at rest.
+#[test]
+fn lights_beside_what_moves_have_a_bound() {
+    let hall = |position: [f64; 3], motion: &str| {
+        format!(
+            r#"{{ "version": 1, "image": {{ "width": 48, "height": 36 }}, "background": 0.2,
+            "camera": {{ "pinhole": {{ "eye": [0, 1.2, 6], "look_at": [0, 0.9, 0] }} }},
+            "lights": [ {{ "point": {{ "position": {position:?}, "falloff": "inverse_square", "intensity": 10 }} }} ],
+            "materials": {{ "mirror": {{ "diffuse": 0.05, "reflection": 0.95 }} }},
+            "objects": [
+                {{ "plane": {{ "point": [0, 0, -2], "normal": [0, 0, 1], "material": "mirror" }} }},
+                {{ "plane": {{ "point": [0, 0, 7], "normal": [0, 0, -1], "material": "mirror" }} }},
+                {{ "group": {{ "objects": [ {{ "sphere": {{ "center": [0, 1, 0], "radius": 0.5 }} }} ], "motion": {{ {motion} }} }} }}
+            ], "render": {{ "samples": 4, "antialias": false }} }}"#
+        )
+    };
+    for motion in [r#""translate": [0.3, 0, 0]"#, r#""rotate_deg": { "axis": [0, 1, 0], "angle": 50 }"#] {
+        let text = hall([-3.0, 5.0, 3.0], motion);
+        let mine = loaded(text.as_bytes(), proved(1)).scene;
+        assert!(mine.ceiling().reach.ceiling.is_some(), "{motion}: {:?}", mine.ceiling().reach);
+        let (mine, deep) = (shoot(&mine), shoot(&loaded(text.as_bytes(), fixed(300, 0.0)).scene));
+        let codes = |picture: &Picture| picture.film.pixels.iter().map(|p| p.map(code8)).collect::<Vec<_>>();
+        let off =
+            codes(&mine).as_flattened().iter().zip(codes(&deep).as_flattened()).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(off <= Some(1), "{motion}: {off:?}");
+        // In the ball around the path nothing is known.
+        let near = loaded(hall([0.0, 1.0, 0.4], motion).as_bytes(), proved(1)).scene;
+        assert_eq!(near.ceiling().reach.because, ["/lights/0"], "{motion}");
+    }
+}
+
 /// Where nothing bounds a light, rays are followed all the same, also those that are black in some channel.
 #[test]
 fn without_a_bound_mirrors_of_one_color_still_mirror() {
