@@ -90,6 +90,16 @@ impl<R: Real> Owner<'_, R> {
         turned
     }
 
+    /// Directions of the body's own coordinates in those of the scene.
+    #[inline(always)]
+    pub fn directions_out_of_object<W: Double>(&self, s: W::Simd, d: V3<W>) -> V3<W> {
+        let mut turned = d;
+        for placed in self.placements().rev() {
+            turned = turned.turned(s, placed.to_world.matrix().to_cols_array_2d());
+        }
+        turned
+    }
+
     /// Normals of the scene in the body's own coordinates, unit again.
     #[inline(always)]
     pub fn normals_into_object<W: Double>(&self, s: W::Simd, n: V3<W>) -> V3<W> {

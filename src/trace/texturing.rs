@@ -207,9 +207,22 @@ impl<W: Double> Part<W> {
         outside: W::Mask,
     ) -> (V3<W>, W::Mask) {
         let outwards = W::select(outside, W::lit(s, 1.0), W::lit(s, -1.0));
-        let flat = owner.normals_into_object(s, normals * outwards);
-        let raised = bump.tilt(s, lookup, flat);
-        let tilted = owner.normals_out_of_object(s, raised) * outwards;
+        let outer = normals * outwards;
+        let flat = owner.normals_into_object(s, outer);
+        let (raised, changed) = match bump {
+            BumpMap::Normals { picture, strength, by_tangents, reframed: true } if !owner.instances.is_empty() => {
+                let slopes = picture.slopes(s, lookup, flat, *strength, *by_tangents);
+                let [of_u, of_v] = slopes.axes;
+                let axes = [owner.directions_out_of_object(s, of_u), owner.directions_out_of_object(s, of_v)];
+                let raised = slopes.tilt_placed(s, outer, axes);
+                (raised, !raised.eq(outer))
+            }
+            _ => {
+                let raised = bump.tilt(s, lookup, flat);
+                (owner.normals_out_of_object(s, raised), !raised.eq(flat))
+            }
+        };
+        let tilted = raised * outwards;
         // A slope that faces away from the ray is turned until the ray sees it edge on.
         let (zero, nothing) = (W::lit(s, 0.0), V3::splat(s, [0.0; 3]));
         let away = tilted.dot(self.dir);
@@ -219,7 +232,7 @@ impl<W: Double> Part<W> {
             let edge_on = (tilted - self.dir * (away + W::lit(s, EDGE_ON))).unit_or(s, nothing);
             seen = V3::select(beyond, edge_on, tilted);
         }
-        (seen, !raised.eq(flat) & !seen.eq(nothing) & seen.is_finite(s))
+        (seen, changed & !seen.eq(nothing) & seen.is_finite(s))
     }
 }
 

@@ -69,7 +69,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         let picture = album.picture(normals, Meaning::Normal);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
         let by_tangents = described.takes_tangents(normals);
-        (!flat).then_some(BumpMap::Normals { picture, strength: normals.factor, by_tangents })
+        (!flat).then_some(BumpMap::Normals { picture, strength: normals.factor, by_tangents, reframed: true })
     });
     pbr.pictures = album.kept.into_iter().map(|(_, picture)| picture).collect();
     let most = Most::of(&pbr);

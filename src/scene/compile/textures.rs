@@ -78,7 +78,7 @@ fn bump(material: &d::Material, pictures: &Pictures) -> Option<BumpMap> {
     if let Some(d::NormalMap { image }) = &material.normal_map {
         let picture = picture(image, Meaning::Normal, pictures);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
-        return (!flat).then_some(BumpMap::Normals { picture, strength: 1.0, by_tangents: false });
+        return (!flat).then_some(BumpMap::Normals { picture, strength: 1.0, by_tangents: false, reframed: false });
     }
     let d::Bump { height, texture } = material.bump.as_ref()?;
     if *height == 0.0 {

@@ -33,6 +33,8 @@ pub enum BumpMap {
         strength: f64,
         /// Whether x and y are along the tangents of the mesh, if it has any.
         by_tangents: bool,
+        /// Whether the tangent frame of a stretched surface is orthonormal again, as in glTF. Otherwise relief is stretched with it.
+        reframed: bool,
     },
 }
 
@@ -46,13 +48,48 @@ impl BumpMap {
         let gradient = match self {
             Self::Noise { fractal, height } => fractal.at(s, lookup.point, lookup.width()).1 * W::lit(s, *height),
             Self::Heights { picture, height } => picture.height_gradient(s, lookup) * W::lit(s, *height),
-            Self::Normals { picture, strength, by_tangents } => {
-                picture.normal_gradient(s, lookup, normal, *strength, *by_tangents)
+            Self::Normals { picture, strength, by_tangents, .. } => {
+                picture.slopes(s, lookup, normal, *strength, *by_tangents).gradient()
             }
         };
-        let along = gradient - normal * normal.dot(gradient);
-        let flat = along.eq(V3::splat(s, [0.0; 3])) | !along.is_finite(s);
-        V3::select(flat, normal, (normal - along).unit_or(s, normal))
+        tilted(s, normal, gradient)
+    }
+}
+
+/// Unit normals leaned against a gradient; the same normals where that is flat.
+#[inline(always)]
+fn tilted<W: Double>(s: W::Simd, normal: V3<W>, gradient: V3<W>) -> V3<W> {
+    let along = gradient - normal * normal.dot(gradient);
+    let flat = along.eq(V3::splat(s, [0.0; 3])) | !along.is_finite(s);
+    V3::select(flat, normal, (normal - along).unit_or(s, normal))
+}
+
+/// What a normal map says of some surfaces: slopes along the unit vectors of its tangent frame. Without a direction it is flat.
+#[derive(Debug, Clone, Copy)]
+pub struct Slopes<W> {
+    /// The direction in which only u grows, and the one across it, on the side where v grows.
+    pub axes: [V3<W>; 2],
+    /// Towards each.
+    slopes: [W; 2],
+}
+
+impl<W: Double> Slopes<W> {
+    #[inline(always)]
+    fn gradient(&self) -> V3<W> {
+        let ([tangent, bitangent], [by_u, by_v]) = (self.axes, self.slopes);
+        tangent * by_u + bitangent * by_v
+    }
+
+    /// The unit normals of placed surfaces, given their normals and where the axes lead there. The frame is orthonormal again
+    /// (glTF 2.0, section 3.7.2.1), so normals of what is stretched lean as far as those of the same mesh with moved vertices.
+    #[inline(always)]
+    pub fn tilt_placed(&self, s: W::Simd, normal: V3<W>, [of_u, of_v]: [V3<W>; 2]) -> V3<W> {
+        let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
+        let none = V3 { x: zero, y: zero, z: zero };
+        let tangent = (of_u - normal * normal.dot(of_u)).unit_or(s, none);
+        let across = normal.cross(tangent);
+        let bitangent = across * W::select(across.dot(of_v).lt(zero), -one, one);
+        tilted(s, normal, Self { axes: [tangent, bitangent], slopes: self.slopes }.gradient())
     }
 }
 
@@ -87,32 +124,31 @@ impl ImageTexture {
         coord.gradients[0] * by_u + coord.gradients[1] * by_v
     }
 
-    /// The slopes -x/z and -y/z of a normal map along the unit vectors of its tangent frame: the direction in which only
-    /// u grows, and the one across it, on the side where v grows. A mesh may say what they are (glTF 2.0, section 3.7.2.1).
-    fn normal_gradient<W: Double>(
+    /// The slopes -x/z and -y/z of a normal map, in object space. A mesh may say what the axes are (glTF 2.0, section 3.7.2.1).
+    pub fn slopes<W: Double>(
         &self,
         s: W::Simd,
         lookup: &Lookup<W>,
         normal: V3<W>,
         strength: f64,
         by_tangents: bool,
-    ) -> V3<W> {
+    ) -> Slopes<W> {
         W::vectorize(
             s,
             #[inline(always)]
-            || self.normal_gradient_in(s, lookup, normal, strength, by_tangents),
+            || self.slopes_in(s, lookup, normal, strength, by_tangents),
         )
     }
 
     #[inline(always)]
-    fn normal_gradient_in<W: Double>(
+    fn slopes_in<W: Double>(
         &self,
         s: W::Simd,
         lookup: &Lookup<W>,
         normal: V3<W>,
         strength: f64,
         by_tangents: bool,
-    ) -> V3<W> {
+    ) -> Slopes<W> {
         let coord = self.coord(s, lookup);
         let V3 { x, y, z } = self.mipmap.average(s, coord.uv, coord.axes(lookup), self.sampler, lookup.lanes);
         let (zero, one) = (W::lit(s, 0.0), W::lit(s, 1.0));
@@ -134,7 +170,8 @@ impl ImageTexture {
         let bitangent = normal.cross(tangent) * sign;
         let z = z.max(W::lit(s, STEEPEST));
         let (x, y) = (x * W::lit(s, strength), y * W::lit(s, strength));
-        let gradient = tangent * (-x / z) + bitangent * (-y / z);
-        V3::select(tangent.eq(none), none, gradient)
+        let lost = tangent.eq(none);
+        let slope = |x: W| W::select(lost, zero, -x / z);
+        Slopes { axes: [tangent, bitangent], slopes: [slope(x), slope(y)] }
     }
 }

@@ -192,3 +192,50 @@ fn broken_bumps_are_named() {
         ["/materials/rough/bump/height", "/materials/rough/bump/texture/noise/octaves"]
     );
 }
+
+/// Normals of `pbr` lean in a stretched instance as those of the same mesh with moved vertices; those of `normal_map` are relief, which
+/// is stretched.
+#[test]
+fn normals_of_gltf_lean_in_instances_as_in_moved_meshes() {
+    let corners = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]];
+    let mesh = |scale: [f64; 2], tangents: bool| {
+        let moved: Vec<[f64; 3]> = corners.iter().map(|[x, y]| [x * scale[0], y * scale[1], 0.0]).collect();
+        let hand = scale[0].signum() * scale[1].signum();
+        // What a mirroring turns around shows its back.
+        let faces = if hand > 0.0 { [[0, 1, 2], [0, 2, 3]] } else { [[0, 2, 1], [0, 3, 2]] };
+        let mut mesh = json!({
+            "vertices": moved, "faces": faces, "uvs": [[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6]], "material": "rough"
+        });
+        if tangents {
+            mesh["tangents"] = json!(vec![[scale[0].signum(), 0.0, 0.0, hand]; 4]);
+        }
+        json!([{ "mesh": mesh }])
+    };
+    let image = normals(190, 100, 220);
+    let of_pbr = json!({ "pbr": { "metallic": 0, "roughness": 1, "normal": { "image": image, "factor": 1 } } });
+    let material = |form: &Value| {
+        let mut description = lit(json!({}), json!([]));
+        description["materials"]["rough"] = form.clone();
+        description
+    };
+    for (scale, tangents) in [([2.0, 0.5], false), ([2.0, 0.5], true), ([-1.0, 3.0], false), ([-1.0, 3.0], true)] {
+        let shown = |objects: Value, form: &Value, precision: &str| {
+            let mut description = material(form);
+            description["objects"] = objects;
+            pixels(description, precision)
+        };
+        let transform = json!({ "scale": [scale[0], scale[1], 1] });
+        let placed = json!([{ "group": { "objects": mesh([1.0, 1.0], tangents), "transform": transform } }]);
+        let apart = |form: &Value, precision: &str| {
+            let [placed, moved] =
+                [placed.clone(), mesh(scale, tangents)].map(|objects| shown(objects, form, precision));
+            let off = placed.as_flattened().iter().zip(moved.as_flattened()).map(|(a, b)| (a - b).abs());
+            off.fold(0.0, f32::max)
+        };
+        for precision in ["single", "double"] {
+            assert!(apart(&of_pbr, precision) < 1e-5, "{scale:?} {tangents} {precision}");
+        }
+        let relief = json!({ "diffuse": 1, "normal_map": { "image": { "source": image } } });
+        assert!(apart(&relief, "double") > 0.02, "{scale:?}");
+    }
+}
