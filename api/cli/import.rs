@@ -36,7 +36,7 @@ fn read(args: &ImportArgs, file: &SceneFile) -> Result<Description, Problems> {
     let overrides = args.settings.overrides();
     let mut imported = match file.format.model().or_else(|| file.hidden_model()) {
         Some(kind) => model::import(kind, &file.bytes, &overrides, &file.inputs)?,
-        None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides)?,
+        None if file.format == Format::Parts => model::import_parts(&file.bytes, &overrides, &file.inputs)?,
         None if file.format == Format::Nff && recognise(&file.bytes) != Recognised::Json => {
             let mut description = read_nff(&file.bytes, overrides.nff)?;
             overrides.apply(&mut description);

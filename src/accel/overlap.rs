@@ -7,20 +7,10 @@ use super::geometry::Geometry;
 use super::item::Shape;
 use super::wide_bvh::{Child, WideBvh, WideNode};
 use crate::lanes::{MAX_LANES, Real};
-use fearless_simd::{Level, Simd, dispatch};
 use std::ops::Range;
-
-/// Sums of as many weights as a node has, each a whole number up to this one, are exact in single precision, which the compiler takes
-/// sixteen at once of.
-const WHOLE: f64 = 65_536.0;
 
 /// The bound for the scene whose root is `geometries[root]`. Geometries come after those they place.
 pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
-    dispatch!(Level::new(), simd => overlap_by(simd, geometries, root))
-}
-
-#[inline(always)]
-fn overlap_by<S: Simd, R: Real>(simd: S, geometries: &[Geometry<R>], root: usize) -> f64 {
     let mut known: Vec<f64> = Vec::with_capacity(geometries.len());
     for geometry in geometries {
         let weight = |item: u32| match &geometry.items[item as usize].shape {
@@ -33,28 +23,22 @@ fn overlap_by<S: Simd, R: Real>(simd: S, geometries: &[Geometry<R>], root: usize
             true => geometry.primitives[places].iter().map(|primitive| weight(primitive.item)).sum(),
             false => places.len() as f64,
         };
-        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(simd, wide, wide.root, &leaf));
+        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(wide, wide.root, &leaf));
         known.push(unbounded + bounded);
     }
     known.get(root).copied().unwrap_or_default()
 }
 
 /// The bound below a node or a leaf.
-fn below<S: Simd, R: Real>(simd: S, wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize>) -> f64) -> f64 {
+fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize>) -> f64) -> f64 {
     match child.index() {
         Ok(node) => {
             let node = &wide.nodes[node];
             let mut weights = [0.0; MAX_LANES];
             for (weight, child) in weights.iter_mut().zip(&node.children[..node.count as usize]) {
-                *weight = below(simd, wide, *child, of_leaf);
+                *weight = below(wide, *child, of_leaf);
             }
-            simd.vectorize(
-                #[inline(always)]
-                || match weights.iter().all(|weight| *weight <= WHOLE) {
-                    true => densest(node, &weights.map(|weight| weight as f32)).into(),
-                    false => densest(node, &weights),
-                },
-            )
+            densest(node, &weights)
         }
         Err(leaf) => of_leaf(wide.leaves[leaf].places()),
     }
@@ -62,25 +46,20 @@ fn below<S: Simd, R: Real>(simd: S, wide: &WideBvh<R>, child: Child, of_leaf: &i
 
 /// The largest sum of weights of boxes that hold one point: at most that of intervals along each axis, which is largest where
 /// one of them begins.
-#[inline(always)]
-fn densest<R: Real, W: Real>(node: &WideNode<R>, weights: &[W; MAX_LANES]) -> W {
-    let mut least = W::from_f64(f64::INFINITY);
-    for (min, max) in node.min.iter().zip(&node.max) {
+fn densest<R: Real>(node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
+    let along = |axis: usize| {
+        let (min, max) = (&node.min[axis], &node.max[axis]);
         // What each beginning is in. Boxes that a node has not weigh nothing, so all have turns and none is asked for; and without a
         // branch the compiler takes several at once.
-        let mut sums = [W::default(); MAX_LANES];
+        let mut sums = [0.0; MAX_LANES];
         for ((low, high), weight) in min.iter().zip(max).zip(weights) {
             for (sum, point) in sums.iter_mut().zip(min) {
-                *sum = *sum + if (low <= point) & (point <= high) { *weight } else { W::default() };
+                *sum += if (low <= point) & (point <= high) { *weight } else { 0.0 };
             }
         }
-        let mut most = W::default();
-        for sum in &sums[..node.count as usize] {
-            most = if *sum > most { *sum } else { most };
-        }
-        least = if most < least { most } else { least };
-    }
-    least
+        sums[..node.count as usize].iter().copied().fold(0.0, f64::max)
+    };
+    along(0).min(along(1)).min(along(2))
 }
 
 #[cfg(test)]

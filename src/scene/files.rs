@@ -20,7 +20,7 @@ pub trait Files: Sync {
         None
     }
 
-    /// Whether there is memory for so many bytes more, asked before a picture is decoded. Without it the scene is not built.
+    /// Whether there is memory for so many bytes more, asked before a picture is decoded or a model placed. Without it the scene is not built.
     fn has_room(&self, _bytes: u64) -> bool {
         true
     }

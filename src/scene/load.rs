@@ -179,7 +179,7 @@ fn load_model<E>(
     let start = Instant::now();
     let imported = match kind {
         Some(kind) => model::import(kind, (*bytes).as_ref(), overrides, files)?,
-        None => model::import_parts((*bytes).as_ref(), overrides)?,
+        None => model::import_parts((*bytes).as_ref(), overrides, files)?,
     };
     drop(bytes);
     let model::Imported { mut description, from_files, views, pictures: names } = imported;

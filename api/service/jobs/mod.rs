@@ -68,6 +68,9 @@ use transitions::abandoned;
 /// A job fails after more ends of the process than this without a new tile.
 const CRASHES: u32 = 2;
 
+/// Milliseconds of an estimate from which on it tells how slow the service is: of shorter jobs most is what no estimate has.
+const TELLING: f64 = 100.0;
+
 /// Counts jobs.
 pub(crate) trait JobObserver: Send + Sync {
     /// A job has ended in a final state.
@@ -303,8 +306,8 @@ impl Jobs {
         let mut registry = locked(&self.registry);
         registry.close(job);
         let record = job.record();
-        if record.state == State::Succeeded && record.stats.tiles_recovered == 0 {
-            let ratio = record.stats.render_ms / record.estimate_ms.max(0.1);
+        if record.state == State::Succeeded && record.stats.tiles_recovered == 0 && record.estimate_ms >= TELLING {
+            let ratio = record.stats.render_ms / record.estimate_ms;
             registry.slowness = Some(registry.slowness.map_or(ratio, |slowness| 0.8 * slowness + 0.2 * ratio));
         }
         drop(record);

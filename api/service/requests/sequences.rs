@@ -79,7 +79,7 @@ impl Service {
         let limits = &self.jobs.limits;
         let base = self.scenes.to_vary(&work.workers, sent)?;
         let (mut common, mut pilots, mut largest, mut progressive) = (None, Vec::new(), 0, false);
-        let mut piloting = Duration::ZERO;
+        let (mut piloting, mut building) = (Duration::ZERO, Vec::new());
         for frame in sequence.frames() {
             let accept = |scene: &Description| {
                 let ImageSize { width, height } = scene.image;
@@ -87,7 +87,9 @@ impl Service {
                 let first = common.map_or([width, height], |common: Common| common.size);
                 if first == [width, height] { Ok(()) } else { Err(other_size(frame.number, [width, height], first)) }
             };
+            let began = Instant::now();
             let ready = self.scenes.frame(&work.workers, &base, frame, &sent.overrides, &accept)?;
+            building.push(began.elapsed());
             let size = [ready.scene.width, ready.scene.height];
             limits.check(size, ready.scene.samples)?;
             let own = Common { size, transparent: ready.scene.is_transparent() };
@@ -105,7 +107,9 @@ impl Service {
             }
         }
         let common = common.ok_or(Error::Internal("a sequence has no frames"))?;
-        let price = price(sequence.count(), &pilots);
+        // The median, since others may have had the pool meanwhile.
+        let (_, building, _) = building.select_nth_unstable(sequence.count() as usize / 2);
+        let price = price(sequence.count(), &pilots, *building);
         Ok(Checked { common, price, scene_bytes: base.bytes() + 2 * largest, progressive })
     }
 

@@ -158,7 +158,7 @@ mod tests {
 
     /// Lets each task have the pool for a millisecond `each` times, and says who had it when.
     fn order(queue: &mut FairQueue<&'static str>, tasks: Vec<(Task, &'static str)>, each: usize) -> Vec<&'static str> {
-        let mut left = std::collections::HashMap::new();
+        let mut left = HashMap::new();
         for (task, name) in tasks {
             let id = queue.join(&task);
             left.insert(id, each);
@@ -224,7 +224,7 @@ mod tests {
     fn long_renders_hold_up_no_short_one_and_two_of_them_take_turns() {
         let mut queue = FairQueue::default();
         let render = task(Class::Renders, "a");
-        let mut serve = |queue: &mut FairQueue<u64>, time: u64| {
+        let serve = |queue: &mut FairQueue<u64>, time: u64| {
             let Waiting { id, task, with, .. } = queue.pop().unwrap();
             queue.charge(id, &task, Duration::from_millis(time));
             queue.push(id, task, with);

@@ -1,5 +1,6 @@
 //! The price of a sequence: a few of its frames are estimated, and between them the price changes steadily.
 
+use std::time::Duration;
 use strahl::plan::estimate::Estimate;
 
 /// Most frames that are estimated. Around Whitted's scene, of whose 36 frames some have a tenth of the rays of others, 5 are 11 %
@@ -22,11 +23,12 @@ pub(crate) struct Price {
     pub(crate) rays: u64,
 }
 
-/// The price of all frames by estimates of some, in the order of their numbers.
-pub(crate) fn price(count: u32, pilots: &[(u32, Estimate)]) -> Price {
+/// The price of all frames by estimates of some, in the order of their numbers, and by what building one takes.
+pub(crate) fn price(count: u32, pilots: &[(u32, Estimate)], building: Duration) -> Price {
     let ms: Vec<_> = pilots.iter().map(|(number, estimate)| (*number, estimate.ms)).collect();
     let rays: Vec<_> = pilots.iter().map(|(number, estimate)| (*number, estimate.rays as f64)).collect();
-    Price { ms: sum(count, &ms), rays: sum(count, &rays).round() as u64 }
+    let building = building.as_secs_f64() * 1e3 * f64::from(count);
+    Price { ms: sum(count, &ms) + building, rays: sum(count, &rays).round() as u64 }
 }
 
 /// The sum over all frames of what is known of some, with straight lines between those.

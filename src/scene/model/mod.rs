@@ -136,12 +136,11 @@ pub fn import(
 ) -> Result<Imported, Problems> {
     let beside = |name: &str| parts::exact_or_plain(name, |name| files.read(name));
     let model = read_upright(format, bytes, &beside, &overrides.model)?;
-    let imported = described(model, overrides)?;
-    Ok(imported)
+    described(model, overrides, files)
 }
 
 /// The same of a `multipart/form-data` body.
-pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Problems> {
+pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Imported, Problems> {
     let wrong = |why: String| Problems::one(Problem::new("", Code::InvalidModel, why));
     let all = parts::split(bytes).map_err(wrong)?;
     let file = parts::model_of(&all).map_err(wrong)?;
@@ -153,7 +152,7 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides) -> Result<Imported, Pro
     })?;
     let named = parts::Named::new(&all);
     let model = read_upright(format, file.bytes, &|name: &str| named.read(name), &overrides.model)?;
-    let imported = described(model, overrides)?;
+    let imported = described(model, overrides, files)?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })
 }
@@ -183,8 +182,8 @@ fn read_upright(
 }
 
 /// The scene of a model.
-fn described(mut model: Model, overrides: &Overrides) -> Result<Imported, Problems> {
-    Room::default().take_model(&model, "")?;
+fn described(mut model: Model, overrides: &Overrides, files: &dyn Files) -> Result<Imported, Problems> {
+    Room::default().take_model(&model, files, "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
     let is_unlit = look::is_unlit(&model);

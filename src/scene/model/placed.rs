@@ -172,7 +172,7 @@ impl Reader<'_> {
         };
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
-        self.room.take_model(&model, pointer)?;
+        self.room.take_model(&model, self.files, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
         let of_fast = look::without_rays(&model);
         let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();

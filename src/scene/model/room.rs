@@ -1,8 +1,12 @@
 //! The memory that a scene may take for copies of its models' data.
 
 use crate::models::{Budget, Kind, Model, Picture, Placement};
+use crate::scene::Files;
 use crate::scene::limits::{Limit, TRIANGLES};
 use crate::scene::problem::{Code, Problem, Problems};
+
+/// Bytes that an instance takes at most while it is read: its matrix, copies of that, and the object that has it.
+const INSTANCE: u64 = 1_000;
 
 /// What the models of a scene have taken so far.
 #[derive(Debug, Default)]
@@ -13,13 +17,18 @@ pub(super) struct Room {
 
 impl Room {
     /// Takes room for what a scene copies of a model, before it does: a mesh for each of its materials, and a picture wherever a
-    /// material names it. Fails if the scene would have more triangles than it may, or more bytes than a model may be decoded to.
-    pub(super) fn take_model(&mut self, model: &Model, pointer: &str) -> Result<(), Problems> {
+    /// material names it. Fails if there is no memory for its instances, or if the scene would have more triangles than it may, or more bytes than a model may be decoded to.
+    pub(super) fn take_model(&mut self, model: &Model, files: &dyn Files, pointer: &str) -> Result<(), Problems> {
         let of = |placement: &Placement| model.geometries[placement.geometry].triangles.len() as u64;
         self.triangles += model.placements.iter().map(of).sum::<u64>();
         let Limit { name, max } = TRIANGLES;
         if self.triangles > max {
             let detail = format!("{} triangles are over the limit of {max} ({name})", self.triangles);
+            return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
+        }
+        let instances = model.placements.iter().map(|placement| placement.transforms.len() as u64).sum::<u64>();
+        if !files.has_room(INSTANCE * instances) {
+            let detail = format!("there is no memory for its {instances} instances");
             return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
         }
         let meshes = model.placements.iter().map(|placement| model.geometries[placement.geometry].bytes());

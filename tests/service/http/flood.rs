@@ -72,7 +72,7 @@ fn is_idle(service: &Service) -> bool {
 fn a_thousand_clients_that_leave_leave_nothing_behind() {
     let service = Service::start(&[]);
     // What the first crowd allocates stays with the allocator.
-    come_and_go(&service, 200);
+    thread::scope(|scope| (0..10).for_each(|_| _ = scope.spawn(|| come_and_go(&service, 20))));
     until("work goes on that nobody waits for", || is_idle(&service));
     let before = Holdings::of(&service);
 
@@ -91,7 +91,9 @@ fn a_thousand_clients_that_leave_leave_nothing_behind() {
 
     until("work goes on that nobody waits for", || is_idle(&service));
     until("files stay open", || Holdings::of(&service).files <= before.files + 1);
-    until("threads stay", || Holdings::of(&service).threads <= before.threads);
+    // But for the sets that stay idle for renders that take turns, eight at most.
+    let idle = 8 * thread::available_parallelism().unwrap().get() as u64;
+    until("threads stay", || Holdings::of(&service).threads <= before.threads + idle);
     let after = Holdings::of(&service);
     println!("1,000 clients: {before:?} became {after:?}");
     assert!(after.memory < before.memory + (32 << 20), "{before:?} became {after:?}");
