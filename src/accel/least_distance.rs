@@ -8,6 +8,10 @@ use crate::math;
 use glam::DVec3;
 use rayon::prelude::*;
 
+/// Bodies and triangles that are looked at one by one. Of instances behind them the balls are: instances of instances double them with
+/// each level.
+const LOOKS: u64 = 1 << 22;
+
 /// For each material a lower bound on the distance of its surfaces from `point`; infinite if it has no surface.
 pub fn least_distances<R: Real>(
     geometries: &[Geometry<R>],
@@ -15,41 +19,75 @@ pub fn least_distances<R: Real>(
     point: [f64; 3],
     materials: usize,
 ) -> Vec<f64> {
-    let mut nearest = vec![f64::INFINITY; materials];
-    visit(geometries, root, DVec3::from_array(point), 1.0, &mut nearest);
-    nearest
+    let mut search = Search {
+        geometries,
+        below: below(geometries, materials),
+        nearest: vec![f64::INFINITY; materials],
+        left: LOOKS,
+    };
+    search.visit(root, DVec3::from_array(point), 1.0);
+    search.nearest
 }
 
-/// A length of 1 in the geometry is at least `scale` in the scene.
-fn visit<R: Real>(geometries: &[Geometry<R>], geometry: usize, point: DVec3, scale: f64, nearest: &mut [f64]) {
-    for item in &geometries[geometry].items {
-        if let Shape::Instance(instance) = &item.shape {
-            let inside = instance.geometry as usize;
-            if instance.motion.is_some() {
-                // It stays in the ball around its path.
-                let from_ball = |ball: &Ball<R>| point.distance(wide(ball.center)) - ball.radius.to_f64();
-                let least = scale * instance.ball.as_ref().map_or(0.0, from_ball).max(0.0);
-                bound(geometries, inside, least, nearest);
-            } else {
-                let scale = scale / instance.to_local.largest_stretch();
-                visit(geometries, inside, into(instance, point), scale, nearest);
+/// The materials of each geometry and of those that it places, each once. Geometries come after those they place.
+fn below<R: Real>(geometries: &[Geometry<R>], materials: usize) -> Vec<Vec<u32>> {
+    let mut below: Vec<Vec<u32>> = Vec::with_capacity(geometries.len());
+    // The last geometry in which each was met.
+    let (mut met, mut placed) = (vec![usize::MAX; materials], vec![usize::MAX; geometries.len()]);
+    for (number, geometry) in geometries.iter().enumerate() {
+        let mut own = Vec::new();
+        let mut meet = |material: u32| {
+            if std::mem::replace(&mut met[material as usize], number) != number {
+                own.push(material);
             }
-            continue;
+        };
+        for item in &geometry.items {
+            match &item.shape {
+                Shape::Instance(instance) => {
+                    let inside = instance.geometry as usize;
+                    if std::mem::replace(&mut placed[inside], number) != number {
+                        below[inside].iter().for_each(|material| meet(*material));
+                    }
+                }
+                _ => meet(item.material),
+            }
         }
-        let known = &mut nearest[item.material as usize];
-        *known = known.min(scale * distance(item, point));
+        below.push(own);
     }
+    below
 }
 
-/// Nothing of a geometry is nearer than `least`.
-fn bound<R: Real>(geometries: &[Geometry<R>], geometry: usize, least: f64, nearest: &mut [f64]) {
-    for item in &geometries[geometry].items {
-        match &item.shape {
-            Shape::Instance(instance) => bound(geometries, instance.geometry as usize, least, nearest),
-            _ => {
-                let known = &mut nearest[item.material as usize];
-                *known = known.min(least);
+struct Search<'a, R> {
+    geometries: &'a [Geometry<R>],
+    below: Vec<Vec<u32>>,
+    nearest: Vec<f64>,
+    left: u64,
+}
+
+impl<R: Real> Search<'_, R> {
+    /// A length of 1 in the geometry is at least `scale` in the scene.
+    fn visit(&mut self, geometry: usize, point: DVec3, scale: f64) {
+        let geometries = self.geometries;
+        for item in &geometries[geometry].items {
+            if let Shape::Instance(instance) = &item.shape {
+                self.left = self.left.saturating_sub(1);
+                if instance.motion.is_some() || self.left == 0 {
+                    // What moves stays in the ball around its path.
+                    let from_ball = |ball: &Ball<R>| point.distance(wide(ball.center)) - ball.radius.to_f64();
+                    let least = scale * instance.ball.as_ref().map_or(0.0, from_ball).max(0.0);
+                    for material in &self.below[instance.geometry as usize] {
+                        let known = &mut self.nearest[*material as usize];
+                        *known = known.min(least);
+                    }
+                } else {
+                    let scale = scale / instance.to_local.largest_stretch();
+                    self.visit(instance.geometry as usize, into(instance, point), scale);
+                }
+                continue;
             }
+            self.left = self.left.saturating_sub(item.expanded);
+            let known = &mut self.nearest[item.material as usize];
+            *known = known.min(scale * distance(item, point));
         }
     }
 }
