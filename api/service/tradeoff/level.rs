@@ -35,8 +35,6 @@ const USUAL_GROWTH: f64 = 0.6;
 const LATE: f64 = 3.0;
 /// Most pixels of pictures whose errors are told at once: comparing larger ones takes time from what is measured.
 const TOLD_PIXELS: f64 = 65_536.0;
-/// Milliseconds by which any picture may be late.
-const SLACK_MS: f64 = 30.0;
 
 /// The first picture of a setting, and the times of all.
 pub(super) struct Shot {
@@ -141,7 +139,8 @@ impl Level {
     /// The same in a larger size. None if it takes much longer than planned.
     fn larger(&self, stage: &mut Stage<'_>, all: &[Settings], size: [u32; 2]) -> Result<Option<Self>, Cancelled> {
         let times = pixels(size) / pixels(self.size);
-        let late = |ms: f64| LATE * times * ms + SLACK_MS;
+        let slack_ms = stage.slack_ms();
+        let late = |ms: f64| LATE * times * ms + slack_ms;
         stage.resize(size);
         let references = match &self.references {
             None => None,

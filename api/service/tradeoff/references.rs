@@ -17,9 +17,6 @@ const FINEST: f64 = 1e-5;
 /// Better references leave time for smaller pictures only, so they take at most as long as this many rounds.
 const MOST_ROUNDS: f64 = 1.0;
 
-/// Milliseconds by which any picture may be late.
-const SLACK_MS: f64 = 50.0;
-
 /// Where samples lie: their number, and whether edges get more.
 pub(super) type Positions = (u32, bool);
 
@@ -76,7 +73,7 @@ impl Reach {
         let mut best = self;
         // The picture before, and the time of the first.
         let mut before: Option<(Image8, f64)> = None;
-        let mut patience_ms = all_ms + SLACK_MS;
+        let mut patience_ms = all_ms + stage.slack_ms();
         for min_weight in WEIGHTS.into_iter().filter(|weight| *weight <= self.settings.min_weight) {
             let reach = Self { settings: Settings { min_weight, ..self.settings }, finer: None };
             let Some(picture) = stage.shoot_within(reach.with((1, false)), patience_ms, end)? else { break };
@@ -86,13 +83,13 @@ impl Reach {
             });
             // What is beyond the time only says what it would change. Where that is nothing, it need not be followed.
             // Milliseconds say little on a machine that does something else.
-            let is_dear = picture.trace_ms / first_ms.max(1.0) * all_ms > MOST_ROUNDS * round_ms + SLACK_MS;
+            let is_dear = picture.trace_ms / first_ms.max(1.0) * all_ms > MOST_ROUNDS * round_ms + stage.slack_ms();
             let is_same = min_weight < FINEST && change.is_some_and(|change| change.max_codes == 0);
             if change.is_some() && (is_dear || is_same) {
                 best.finer = change;
                 break;
             }
-            patience_ms = 20.0 * picture.trace_ms + SLACK_MS;
+            patience_ms = 20.0 * picture.trace_ms + stage.slack_ms();
             (best, before) = (reach, Some((codes, first_ms)));
         }
         Ok(best)

@@ -16,6 +16,9 @@ use strahl::scene::{Files, Loaded, Scene};
 use strahl::tradeoff::LeftOut;
 use strahl::tradeoff::sweep::Settings;
 
+/// Share of the time by which any picture may be late.
+const SLACK: f64 = 0.02;
+
 /// The scene in both precisions, and the time limit.
 pub(super) struct Stage<'a> {
     pub(super) single: Scene,
@@ -119,6 +122,11 @@ impl<'a> Stage<'a> {
     /// Seconds until a share of the time has passed, below 0 after it.
     pub(super) fn left(&self, share: f64) -> f64 {
         share * self.seconds - self.elapsed()
+    }
+
+    /// Milliseconds by which any picture may be late: a machine that does something else stops small ones for longer than they take.
+    pub(super) fn slack_ms(&self) -> f64 {
+        SLACK * self.seconds * 1e3
     }
 
     pub(super) fn resize(&mut self, [width, height]: [u32; 2]) {

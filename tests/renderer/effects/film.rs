@@ -290,6 +290,47 @@ fn what_is_proved_holds_for_alpha_and_backdrops() {
     assert!(differing > 20, "{differing}");
 }
 
+/// A lamp that clear glass mirrors is brighter than the glass is opaque. Over black it is as bright as without alpha, over a color
+/// no darker, with every tone curve; a part of the glass that mirrors nothing stays clear.
+#[test]
+fn highlights_on_clear_glass_are_whole() {
+    let sheet = |film: Value| {
+        let description = json!({
+            "version": 1, "image": { "width": 33, "height": 33 }, "background": 0, "lights": [], "film": film,
+            "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } },
+            "materials": {
+                "glass": { "diffuse": 0, "reflection": 0.05, "transmission": 0.95 },
+                "lamp": { "diffuse": 0, "emission": 400 }
+            },
+            "objects": [
+                { "quad": { "vertices": [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]], "material": "glass" } },
+                { "sphere": { "center": [0, 0, 9], "radius": 3, "material": "lamp" } }
+            ],
+            "render": { "antialias": false }
+        });
+        picture(&scene(description, "double")).film
+    };
+    let (middle, corner) = (16 * 33 + 16, 0);
+    for tone in ["none", "khronos_pbr_neutral", "agx"] {
+        let opaque = sheet(json!({ "tone": tone, "background": { "color": [0, 0, 0] } }));
+        let clear = sheet(json!({ "tone": tone, "background": "transparent" }));
+        let blue = sheet(json!({ "tone": tone, "background": { "color": [0, 0, 1] } }));
+        assert!((0.04..0.06).contains(&clear.alpha[middle]), "{tone}: {}", clear.alpha[middle]);
+        let codes = |film: &Film, pixel: usize| film.shown()[pixel].map(strahl::film::srgb::code8);
+        for shown in [codes(&opaque, middle), codes(&clear, middle)] {
+            assert!(shown.iter().all(|code| *code > 240), "{tone}: {shown:?}");
+        }
+        assert!(codes(&blue, middle)[2] == 255 && codes(&blue, middle)[0] > 240, "{tone}: {:?}", codes(&blue, middle));
+        assert!(codes(&blue, corner)[2] > 245 && codes(&clear, corner) == [0; 3], "{tone}");
+        // The file, put over black.
+        let png = encode(&clear, FileFormat::Png8);
+        let file = image::load_from_memory_with_format(&png, ImageFormat::Png).unwrap().to_rgba8();
+        let [r, g, b, alpha] = file.get_pixel(16, 16).0;
+        assert!(alpha > 240 && [r, g, b].iter().all(|code| *code > 240), "{tone}: {:?}", file.get_pixel(16, 16));
+        assert!(file.get_pixel(0, 0).0[3] < 16, "{tone}: {:?}", file.get_pixel(0, 0));
+    }
+}
+
 /// Where nothing but alpha is to be found out.
 #[test]
 fn black_bodies_have_as_many_samples_as_their_alpha_asks_for() {

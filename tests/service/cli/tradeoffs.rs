@@ -6,7 +6,7 @@ use serde_json::Value;
 #[test]
 fn a_tradeoff_is_a_page_and_numbers() {
     let folder = folder("tradeoff");
-    let args = ["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "6"];
+    let args = ["tradeoff", "ball.json", "-o", "t.html", "--json", "t.json", "--seconds", "60"];
     let output = strahl(&folder, &args, "");
     let said = String::from_utf8(output.stderr).unwrap();
     let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
@@ -74,7 +74,7 @@ fn settings_that_are_those_of_the_reference_have_no_error() {
         "--antialias",
         "false",
     ];
-    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "6"], &settings[..]].concat();
+    let args = [&["tradeoff", "ball.json", "-o", "-", "--json", "t.json", "--seconds", "60"], &settings[..]].concat();
     done(&folder, &args, "");
     let t: Value = serde_json::from_slice(&std::fs::read(folder.join("t.json")).unwrap()).unwrap();
     assert_eq!(t["reference"]["min_weight"], 0.0, "{}", t["reference"]);
