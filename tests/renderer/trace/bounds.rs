@@ -283,18 +283,20 @@ fn lights_beside_what_moves_have_a_bound() {
 #[test]
 fn lights_beside_billions_of_bodies_have_a_bound() {
     let mut definitions = serde_json::Map::new();
-    let mut last = json!({ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "mirror" } });
+    let mut last = json!([{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "mirror" } }]);
     for level in 0..31 {
-        definitions.insert(format!("d{level}"), json!([last]));
-        let half = |x: f64| json!({ "instance": { "of": format!("d{level}"), "transform": { "scale": 0.5, "translate": [x, 0, 0] } } });
-        last = json!({ "group": { "objects": [half(-0.5), half(0.5)] } });
+        let name = format!("d{level}");
+        definitions.insert(name.clone(), last);
+        let half =
+            |x: f64| json!({ "instance": { "of": name, "transform": { "scale": 0.5, "translate": [x, 0, 0] } } });
+        last = json!([half(-0.5), half(0.5)]);
     }
     let text = json!({
         "version": 1, "image": { "width": 16, "height": 12 }, "background": 0.2, "definitions": definitions,
         "camera": { "pinhole": { "eye": [0, 1, 6], "look_at": [0, 0, 0] } },
         "lights": [ { "point": { "position": [0, 4, 0], "falloff": "inverse_square" } } ],
         "materials": { "mirror": { "diffuse": 0.5, "reflection": 0.5 } },
-        "objects": [last], "render": { "antialias": false }
+        "objects": last, "render": { "antialias": false }
     });
     let scene = loaded(text.to_string().as_bytes(), proved(1)).scene;
     let ceiling = scene.ceiling().reach.ceiling.expect("a bound");
