@@ -80,8 +80,13 @@ fn print() -> Result<(), Failure> {
     output::print(text.as_bytes())
 }
 
-/// A value as TOML. A JSON string is one of TOML, too.
+/// A value as TOML, which has fewer ways to write numbers than flags. A JSON string is one of TOML, too.
 fn literal(text: &str) -> String {
-    let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
-    if is_number { text.to_owned() } else { serde_json::Value::from(text).to_string() }
+    let is_number = |value: &toml::Value| value.is_integer() || value.is_float();
+    let read = format!("value = {text}").parse::<toml::Table>().ok();
+    if read.is_some_and(|table| table.len() == 1 && table.get("value").is_some_and(is_number)) {
+        text.to_owned()
+    } else {
+        serde_json::Value::from(text).to_string()
+    }
 }

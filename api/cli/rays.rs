@@ -13,6 +13,9 @@ use strahl::inspect::query::{RayQuery, answer};
 use strahl::render::Cancelled;
 use strahl::scene::{Problem, Problems, Scene};
 
+/// Most bytes of a line.
+const LINE: u64 = 1 << 20;
+
 /// `strahl rays`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -72,8 +75,12 @@ fn read_batch<R: Read>(rays: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {
         let mut line = Vec::new();
-        if rays.read_until(b'\n', &mut line)? == 0 {
+        if rays.by_ref().take(LINE).read_until(b'\n', &mut line)? == 0 {
             return Ok(lines);
+        }
+        if line.len() as u64 == LINE && line.last() != Some(&b'\n') {
+            let detail = format!("a line has more than {LINE} bytes, and a ray needs a few hundred");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, detail));
         }
         lines.push(line);
         if !rays.buffer().contains(&b'\n') {

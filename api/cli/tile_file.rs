@@ -10,7 +10,6 @@ use std::fmt;
 use std::str::FromStr;
 use strahl::film::Region;
 use strahl::render::Picture;
-use strahl::scene::description::Accuracy;
 
 /// Parts of a picture.
 const MOST: u32 = 1_000_000;
@@ -94,7 +93,7 @@ pub(super) struct TileFile {
 impl TileFile {
     /// The files of a scene's parts.
     pub(super) fn of(ready: &PreparedScene, cut: Cut) -> Result<Self, Failure> {
-        if matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_)) {
+        if ready.render.accuracy().is_budget() {
             let why = "a picture that a time or a number of rays ends has no parts: choose --accuracy proved, fixed or statistical";
             return Err(Failure::Usage(why.into()));
         }

@@ -18,6 +18,10 @@ use strahl::scene::{Description, Scene};
 pub(crate) const TILE: u32 = 512;
 /// Rays of one `POST /v1/rays`.
 pub(crate) const MAX_RAYS: usize = 100_000;
+/// Bytes of the answer to `POST /v1/rays` for each byte of the request.
+pub(crate) const ANSWER_GROWTH: usize = 100;
+/// Pixels of a part of a job's picture.
+pub(crate) const PART_PIXELS: u64 = 4 << 20;
 /// Most seconds of a trade-off, whatever the time limit of a request.
 const MAX_TRADEOFF_SECONDS: f64 = 300.0;
 

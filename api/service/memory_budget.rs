@@ -7,6 +7,7 @@ use super::ANONYMOUS;
 use super::error::Error;
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -232,6 +233,12 @@ impl MeteredBytes {
         self.share.grow((self.bytes.len() + more.len()) as u64)?;
         self.bytes.extend_from_slice(more);
         Ok(())
+    }
+
+    /// Keeps a part of them only.
+    pub(crate) fn keep(&mut self, part: Range<usize>) {
+        self.bytes.truncate(part.end);
+        self.bytes.drain(..part.start);
     }
 
     /// How many there are.

@@ -7,6 +7,7 @@ pub(crate) mod concurrency_limit;
 pub(crate) mod deliveries;
 pub(crate) mod error;
 pub(crate) mod farm;
+pub(crate) mod hash;
 pub(crate) mod jobs;
 pub(crate) mod limits;
 pub(crate) mod memory;

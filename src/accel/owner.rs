@@ -80,43 +80,63 @@ impl<R: Real> Owner<'_, R> {
         self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
     }
 
-    /// Directions of the scene in the body's own coordinates.
+    /// Directions of the scene in the body's own coordinates, at each lane's time if bodies move.
     #[inline(always)]
-    pub fn directions_into_object<W: Double>(&self, s: W::Simd, d: V3<W>) -> V3<W> {
+    pub fn directions_into_object<W: Double>(&self, s: W::Simd, d: V3<W>, time: Option<W>) -> V3<W> {
         let mut turned = d;
         for placed in self.placements() {
-            turned = turned.turned(s, placed.to_local.matrix().to_cols_array_2d());
+            turned = back(s, placed, turned, time).turned(s, placed.to_local.matrix().to_cols_array_2d());
         }
         turned
     }
 
-    /// Directions of the body's own coordinates in those of the scene.
+    /// Directions of the body's own coordinates in those of the scene, at each lane's time if bodies move.
     #[inline(always)]
-    pub fn directions_out_of_object<W: Double>(&self, s: W::Simd, d: V3<W>) -> V3<W> {
+    pub fn directions_out_of_object<W: Double>(&self, s: W::Simd, d: V3<W>, time: Option<W>) -> V3<W> {
         let mut turned = d;
         for placed in self.placements().rev() {
-            turned = turned.turned(s, placed.to_world.matrix().to_cols_array_2d());
+            turned = forth(s, placed, turned.turned(s, placed.to_world.matrix().to_cols_array_2d()), time);
         }
         turned
     }
 
-    /// Normals of the scene in the body's own coordinates, unit again.
+    /// Normals of the scene in the body's own coordinates, unit again, at each lane's time if bodies move.
     #[inline(always)]
-    pub fn normals_into_object<W: Double>(&self, s: W::Simd, n: V3<W>) -> V3<W> {
+    pub fn normals_into_object<W: Double>(&self, s: W::Simd, n: V3<W>, time: Option<W>) -> V3<W> {
         let mut turned = n;
         for placed in self.placements() {
-            turned = turned.turned(s, placed.to_world.matrix().transpose().to_cols_array_2d()).normalized(s);
+            let columns = placed.to_world.matrix().transpose().to_cols_array_2d();
+            turned = back(s, placed, turned, time).turned(s, columns).normalized(s);
         }
         turned
     }
 
-    /// Unit normals of the body's own coordinates in those of the scene, unit again.
+    /// Unit normals of the body's own coordinates in those of the scene, unit again, at each lane's time if bodies move.
     #[inline(always)]
-    pub fn normals_out_of_object<W: Double>(&self, s: W::Simd, n: V3<W>) -> V3<W> {
+    pub fn normals_out_of_object<W: Double>(&self, s: W::Simd, n: V3<W>, time: Option<W>) -> V3<W> {
         let mut turned = n;
         for placed in self.placements().rev() {
-            turned = turned.turned(s, placed.to_local.matrix().transpose().to_cols_array_2d()).normalized(s);
+            let columns = placed.to_local.matrix().transpose().to_cols_array_2d();
+            turned = forth(s, placed, turned.turned(s, columns).normalized(s), time);
         }
         turned
+    }
+}
+
+/// Directions around a placed body that moves, as they were at time 0.
+#[inline(always)]
+fn back<R: Real, W: Double>(s: W::Simd, placed: &Instance<R>, d: V3<W>, time: Option<W>) -> V3<W> {
+    match (&placed.motion, time) {
+        (Some(motion), Some(time)) => motion.directions_back(s, d, time),
+        _ => d,
+    }
+}
+
+/// Directions around a placed body at time 0, as they are at each lane's time.
+#[inline(always)]
+fn forth<R: Real, W: Double>(s: W::Simd, placed: &Instance<R>, d: V3<W>, time: Option<W>) -> V3<W> {
+    match (&placed.motion, time) {
+        (Some(motion), Some(time)) => motion.directions_forth(s, d, time),
+        _ => d,
     }
 }

@@ -5,7 +5,7 @@ use crate::control;
 use std::cell::Cell;
 
 /// Bytes of decoded data that a model may have.
-const DECODED_BYTES: u64 = 1 << 30;
+pub(crate) const DECODED_BYTES: u64 = 1 << 30;
 
 /// Bytes that are left.
 #[derive(Debug)]

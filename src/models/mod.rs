@@ -21,11 +21,13 @@ mod name;
 mod obj;
 pub mod parts;
 mod ply;
+pub(crate) mod polygon;
 pub(crate) mod stl;
 mod text;
 mod which;
 
 pub use budget::Budget;
+pub(crate) use budget::DECODED_BYTES;
 pub use fault::{Fault, Faults, Kind, Place, Subject, Warning};
 pub use geometry::Geometry;
 pub use material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};

@@ -7,18 +7,14 @@ use super::geometry::Geometry;
 use super::material::ModelMaterial;
 use super::model::{Model, Placement};
 use super::mtl;
+use super::polygon::{MOST_CORNERS, PolygonCutter, too_many_corners};
 use super::text::{Text, Word};
 use crate::math;
-use crate::shape::ear_clipping::triangulate;
 use glam::DMat4;
 use hashbrown::{HashMap, HashSet};
 
-/// Most corners of a polygon.
-const CORNERS: usize = 10_000;
 /// Most material libraries that a file may name.
 const LIBRARIES: usize = 1_000;
-/// Most of the sum of the squares of the corners of polygons, which bounds the time of ear clipping.
-const POLYGON_WORK: u64 = 200_000_000;
 
 /// Reads a file and the materials that it names.
 pub(super) fn read(bytes: &[u8], parts: &Parts<'_>) -> Result<Model, Faults> {
@@ -95,7 +91,7 @@ struct Reader {
     is_flat: bool,
     model: Model,
     budget: Budget,
-    work: u64,
+    polygons: PolygonCutter,
     corners: Vec<Corner>,
 }
 
@@ -228,29 +224,16 @@ impl Reader {
         corners.clear();
         while let Some(word) = text.word() {
             corners.push(self.corner(word)?);
-            if corners.len() > CORNERS {
-                return Err(
-                    word.fault(Kind::Limit, format!("the face has more than {CORNERS} corners (polygon_vertices)"))
-                );
+            if corners.len() > MOST_CORNERS {
+                return Err(too_many_corners().at(word.place));
             }
         }
         if corners.len() < 3 {
             return Err(word.fault(Kind::Degenerate, format!("the face has {} corners, and needs 3", corners.len())));
         }
         self.budget.take(corners.len() as u64, 12 + 24 + 24 + 16 + 32)?;
-        let triangles = match corners.len() {
-            3 => vec![[0, 1, 2]],
-            count => {
-                self.work += (count * count) as u64;
-                if self.work > POLYGON_WORK {
-                    let detail = "the faces have too many corners (polygon_work)".to_owned();
-                    return Err(word.fault(Kind::Limit, detail));
-                }
-                let points: Vec<_> = corners.iter().map(|(point, ..)| self.points[*point as usize]).collect();
-                // Faces that are not flat enough are taken as fans.
-                triangulate(&points).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect())
-            }
-        };
+        let points: Vec<_> = corners.iter().map(|(point, ..)| self.points[*point as usize]).collect();
+        let triangles = self.polygons.cut(&points).map_err(|fault| fault.at(word.place))?;
         let groups = &mut self.groups;
         let group = *self.of_material.entry(self.material).or_insert_with(|| {
             groups.push(Group::default());

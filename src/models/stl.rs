@@ -1,10 +1,11 @@
 //! STL: triangles without anything else, binary or text. Faces are flat, and z is up, as in the programs that print them.
 
-use super::budget::{Budget, worked};
+use super::budget::{Budget, LINES, worked};
 use super::fault::{Fault, Faults, Kind, Place, Subject, warn};
 use super::geometry::Geometry;
 use super::material::ModelMaterial;
 use super::model::{Model, Placement, Up};
+use super::polygon::{MOST_CORNERS, too_many_corners};
 use super::text::Text;
 use glam::DMat4;
 use hashbrown::HashMap;
@@ -73,7 +74,10 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
     let mut polygon: Vec<[f64; 3]> = Vec::new();
     // Whether the words are a title: up to the end of its line, or where all is one line, up to the first facet.
     let mut is_title = false;
-    loop {
+    for line in 0_u64.. {
+        if line % LINES == 0 {
+            worked(LINES * 64)?;
+        }
         // What follows the first word of a line is no error: normals are whatever programs write.
         let mut is_first = true;
         while let Some(word) = text.word() {
@@ -85,6 +89,10 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
             if word_is("solid") || word_is("endsolid") {
                 is_title = true;
             } else if word_is("vertex") {
+                if polygon.len() == MOST_CORNERS {
+                    faults.push(too_many_corners().at(word.place));
+                    return Err(faults);
+                }
                 polygon.extend(faults.note(text.numbers::<3>()));
             } else if word_is("endloop") {
                 if polygon.len() < 3 {
@@ -105,9 +113,10 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
         }
         is_title = false;
         if !text.next_line() {
-            return faults.none_or_err();
+            break;
         }
     }
+    faults.none_or_err()
 }
 
 /// Triangles by their corners, of which equal ones are one.
@@ -116,15 +125,17 @@ pub(super) struct Corners {
     geometry: Geometry,
     known: HashMap<[u64; 3], u32>,
     budget: Budget,
-    degenerate: usize,
+    /// Those that were added, also degenerate ones, which leave corners behind.
+    count: usize,
 }
 
 impl Corners {
     fn add(&mut self, points: &[[f64; 3]; 3]) -> Result<(), Fault> {
-        if self.geometry.triangles.len().is_multiple_of(4_096) {
+        if self.count.is_multiple_of(4_096) {
             worked(4_096)?;
             self.budget.take(4_096, 12 + 3 * 48)?;
         }
+        self.count += 1;
         let Geometry { positions, triangles, .. } = &mut self.geometry;
         let triangle = points.map(|point| {
             // -0 is 0.
@@ -135,9 +146,7 @@ impl Corners {
             })
         });
         let [a, b, c] = triangle;
-        if a == b || b == c || c == a {
-            self.degenerate += 1;
-        } else {
+        if a != b && b != c && c != a {
             triangles.push(triangle);
         }
         Ok(())

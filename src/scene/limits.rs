@@ -32,9 +32,9 @@ pub const NAME_BYTES: Limit = Limit::new("name_bytes", models::NAME_BYTES as u64
 /// Lights.
 pub const LIGHTS: Limit = Limit::new("lights", 1_000);
 /// Corners of one polygon.
-pub const POLYGON_VERTICES: Limit = Limit::new("polygon_vertices", 10_000);
+pub const POLYGON_VERTICES: Limit = Limit::new("polygon_vertices", models::polygon::MOST_CORNERS as u64);
 /// Sum of the squares of the corners of all polygons, which bounds the time of ear clipping.
-pub const POLYGON_WORK: Limit = Limit::new("polygon_work", 200_000_000);
+pub const POLYGON_WORK: Limit = Limit::new("polygon_work", models::polygon::MOST_WORK);
 /// Primitives after all instances are expanded, which never happens in memory: 2^53, so that JSON keeps the count exact.
 pub const EXPANDED_PRIMITIVES: Limit = Limit::new("expanded_primitives", 1 << 53);
 /// Width or height of the picture.
@@ -59,8 +59,48 @@ pub const PICTURE_MEMORY: Limit = Limit::new("picture_memory", 256 << 20);
 pub const IMPORT_WARNINGS: Limit = Limit::new("import_warnings", 50);
 /// Characters of one of them, as JSON Schema counts them: Unicode code points.
 pub const IMPORT_WARNING_CHARACTERS: Limit = Limit::new("import_warning_characters", 1_024);
+/// Bytes that a model may have once it is decoded.
+pub const DECODED_BYTES: Limit = Limit::new("decoded_bytes", models::DECODED_BYTES);
+/// Lists and objects in the JSON of a glTF file.
+pub const GLTF_ELEMENTS: Limit = Limit::new("gltf_elements", models::gltf::ELEMENTS as u64);
+/// Elements of a list in the JSON of a glTF file; fewer of those that take much memory.
+pub const GLTF_LIST: Limit = Limit::new("gltf_list", models::gltf::LIST as u64);
+/// Nodes of a glTF file.
+pub const NODES: Limit = Limit::new("nodes", models::gltf::NODES as u64);
+/// Nodes of a glTF file below each other.
+pub const NODE_LEVELS: Limit = Limit::new("node_levels", models::gltf::NODE_LEVELS as u64);
 /// Problems reported for one scene.
 pub const PROBLEMS: Limit = Limit::new("problems", 50);
+/// All limits that have a name.
+pub const ALL: [Limit; 27] = [
+    SCENE_BYTES,
+    JSON_DEPTH,
+    NESTING,
+    OBJECTS,
+    TRIANGLES,
+    NAME_BYTES,
+    LIGHTS,
+    POLYGON_VERTICES,
+    POLYGON_WORK,
+    EXPANDED_PRIMITIVES,
+    IMAGE_SIDE,
+    PIXELS,
+    SAMPLES,
+    MAX_DEPTH,
+    RAYS_PER_SAMPLE,
+    TREE_RAYS,
+    PICTURE_BYTES,
+    PICTURE_SIDE,
+    PICTURE_MEMORY,
+    IMPORT_WARNINGS,
+    IMPORT_WARNING_CHARACTERS,
+    DECODED_BYTES,
+    GLTF_ELEMENTS,
+    GLTF_LIST,
+    NODES,
+    NODE_LEVELS,
+    PROBLEMS,
+];
 /// Problems looked for in one scene, so that it can be said how many more there are.
 pub(in crate::scene) const PROBLEMS_FOUND: usize = 1_000;
 /// Bytes of all problems that are reported; one is reported in any case.

@@ -67,22 +67,19 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     let world = tracer.world;
     // Gathered light takes the place of ambient light, but for what wide lobes reflect of it.
     let gathers = V::DETAILS && world.effects.has(Effect::ColorBleeding) && !rays.gathered;
-    if V::DETAILS || !gathers {
-        let mut share = coefficients.ambient;
-        if V::DETAILS && gathers {
-            let none = V3::splat(s, [L::Real::from_f64(0.0); 3]);
-            share =
-                lobes.map_or(none, |lobes| V3::select(L::mask(s, lobes.lanes), lobes.reflected_from_around(), none));
-        }
-        let mut ambient = rays.weight.times(share.times(V3::splat(s, world.ambient)));
-        if V::DETAILS {
-            ambient = own + ambient;
-        }
-        let ambient = tracer.bounded(ambient);
-        sum.add(s, hits.found, ambient);
-        if O::WATCHING {
-            tracer.observer.contributes(number, ambient);
-        }
+    let mut share = coefficients.ambient;
+    if gathers {
+        let none = V3::splat(s, [L::Real::from_f64(0.0); 3]);
+        share = lobes.map_or(none, |lobes| V3::select(L::mask(s, lobes.lanes), lobes.reflected_from_around(), none));
+    }
+    let mut ambient = rays.weight.times(share.times(V3::splat(s, world.ambient)));
+    if V::DETAILS {
+        ambient = own + ambient;
+    }
+    let ambient = tracer.bounded(ambient);
+    sum.add(s, hits.found, ambient);
+    if O::WATCHING {
+        tracer.observer.contributes(number, ambient);
     }
     if world.lights.is_empty() {
         return;

@@ -119,6 +119,8 @@ pub(super) struct Seen {
     point: Columns,
     /// Widths of the rays' cones.
     width: Column,
+    /// Times of the rays, if bodies move.
+    time: Option<Column>,
 }
 
 /// Some of them.
@@ -127,6 +129,7 @@ pub(super) struct Part<W> {
     facing: V3<W>,
     pub(super) point: V3<W>,
     width: W,
+    time: Option<W>,
 }
 
 impl Seen {
@@ -138,6 +141,7 @@ impl Seen {
             facing: Columns::of(hits.ng),
             point: Columns::of(hits.surface.local),
             width: Column::of(widths),
+            time: hits.time.map(Column::of),
         }
     }
 
@@ -148,6 +152,10 @@ impl Seen {
             facing: self.facing.part(s, first),
             point: self.point.part(s, first),
             width: self.width.part(s, first),
+            time: self.time.as_ref().map(
+                #[inline(always)]
+                |time| time.part(s, first),
+            ),
         }
     }
 }
@@ -167,7 +175,10 @@ impl<W: Double> Part<W> {
         Lookup {
             lanes,
             point: self.point,
-            footprint: [owner.directions_into_object(s, long), owner.directions_into_object(s, short)],
+            footprint: [
+                owner.directions_into_object(s, long, self.time),
+                owner.directions_into_object(s, short, self.time),
+            ],
             face: faces::<L>(s, owner, hits.expanded, first, lanes),
         }
     }
@@ -208,18 +219,21 @@ impl<W: Double> Part<W> {
     ) -> (V3<W>, W::Mask) {
         let outwards = W::select(outside, W::lit(s, 1.0), W::lit(s, -1.0));
         let outer = normals * outwards;
-        let flat = owner.normals_into_object(s, outer);
+        let flat = owner.normals_into_object(s, outer, self.time);
         let (raised, changed) = match bump {
             BumpMap::Normals { picture, strength, by_tangents, reframed: true } if !owner.instances.is_empty() => {
                 let slopes = picture.slopes(s, lookup, flat, *strength, *by_tangents);
                 let [of_u, of_v] = slopes.axes;
-                let axes = [owner.directions_out_of_object(s, of_u), owner.directions_out_of_object(s, of_v)];
+                let axes = [
+                    owner.directions_out_of_object(s, of_u, self.time),
+                    owner.directions_out_of_object(s, of_v, self.time),
+                ];
                 let raised = slopes.tilt_placed(s, outer, axes);
                 (raised, !raised.eq(outer))
             }
             _ => {
                 let raised = bump.tilt(s, lookup, flat);
-                (owner.normals_out_of_object(s, raised), !raised.eq(flat))
+                (owner.normals_out_of_object(s, raised, self.time), !raised.eq(flat))
             }
         };
         let tilted = raised * outwards;

@@ -122,7 +122,7 @@ fn problem() -> Value {
             },
             "Retry-After": {
                 "description": "With 429 and 503: seconds to wait before the next try.",
-                "schema": { "type": "integer", "minimum": 1, "maximum": 120 },
+                "schema": { "type": "integer", "minimum": 1 },
             },
         },
         "content": { "application/problem+json": { "schema": { "$ref": "#/components/schemas/ProblemDocument" } } },

@@ -31,6 +31,15 @@ pub(crate) fn best<T: Copy>(headers: &HeaderMap, available: &[(&'static str, T)]
         })
 }
 
+/// Whether the client names a media type among those that it takes.
+pub(crate) fn names(headers: &HeaderMap, media_type: &str) -> bool {
+    let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    values
+        .flat_map(|value| value.split(','))
+        .filter_map(range)
+        .any(|(range, quality)| range.eq_ignore_ascii_case(media_type) && quality > 0.0)
+}
+
 /// Whether the client names a media type, and likes it better than another one.
 pub(crate) fn prefers(headers: &HeaderMap, media_type: &str, other: &str) -> bool {
     let accept: Vec<&str> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
@@ -45,7 +54,17 @@ pub(crate) fn prefers(headers: &HeaderMap, media_type: &str, other: &str) -> boo
     named > others.fold(0.0, f32::max) && named >= any
 }
 
-/// Parses `type/subtype;q=0.5`. A malformed quality value counts as 0.
+/// Whether the client takes gzip. Without the header the answer is plain.
+pub(crate) fn takes_gzip(headers: &HeaderMap) -> bool {
+    let accept: Vec<&str> =
+        headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok()).collect();
+    let accept = accept.join(",");
+    let codings: Vec<(&str, f32)> = accept.split(',').filter_map(range).collect();
+    let of = |name: &str| codings.iter().find(|(coding, _)| coding.eq_ignore_ascii_case(name));
+    of("gzip").or_else(|| of("x-gzip")).or_else(|| of("*")).is_some_and(|(_, quality)| *quality > 0.0)
+}
+
+/// Parses `type/subtype;q=0.5`, or `gzip;q=0.5`. A malformed quality value counts as 0.
 fn range(text: &str) -> Option<(&str, f32)> {
     let mut parts = text.split(';').map(str::trim);
     let media_range = parts.next().filter(|range| !range.is_empty())?;

@@ -30,7 +30,12 @@ pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) ->
     if method.is_safe() { Verdict::NotModified } else { Verdict::Failed }
 }
 
-/// Whether a header contains this tag. Weak tags match only if `weak` comparison is allowed.
+/// Whether the client has the version with this entity tag.
+pub(crate) fn is_known(headers: &HeaderMap, etag: &str) -> bool {
+    names(headers, header::IF_NONE_MATCH, Some(etag), true)
+}
+
+/// Whether a header contains this tag. Weak tags match only in `weakly` comparison.
 fn names(headers: &HeaderMap, name: HeaderName, etag: Option<&str>, weakly: bool) -> bool {
     let values = headers.get_all(name).into_iter().filter_map(|value| value.to_str().ok());
     // Our tags contain no commas: regions are written as `x-y-w-h`.

@@ -46,12 +46,13 @@ pub(super) const MAX_WHOLE: u64 = i64::MAX as u64;
 /// More pixels than any picture has.
 pub(super) const MAX_PIXELS: u64 = u32::MAX as u64;
 
+/// Columns and rows of a sheet, as a pattern.
+const SHEET: &str = "^([1-9][0-9]{0,2}|1000)x([1-9][0-9]{0,2}|1000)$";
+/// Most columns, and most rows.
+pub(super) const SHEET_SIDE: u32 = 1_000;
+
 /// Three numbers as a pattern.
 const POINT: &str = "^ *[-+.0-9eE]+ *, *[-+.0-9eE]+ *, *[-+.0-9eE]+ *$";
-
-/// The values of [`Accuracy`] as a pattern.
-const ACCURACY: &str = "^(fixed|proved(:[0-2])?|time:[1-9][0-9]{0,5}|rays:[1-9][0-9]{0,14}|\
-    statistical:(0[.](25|5|75)|[1-9]([.][0-9])?|[1-5][0-9])(,0[.][5-9][0-9]?)?)$";
 
 impl Parameter {
     /// Its schema.
@@ -75,9 +76,9 @@ impl Parameter {
             }
             Values::Words(words) => json!({ "type": "string", "enum": words }),
             Values::Point => json!({ "type": "string", "pattern": POINT }),
-            Values::Accuracy => json!({ "type": "string", "pattern": ACCURACY }),
+            Values::Accuracy => json!({ "type": "string", "pattern": Accuracy::PATTERN }),
             Values::View => json!({ "type": "string", "pattern": View::PATTERN }),
-            Values::Sheet => json!({ "type": "string", "pattern": "^[1-9][0-9]{0,3}x[1-9][0-9]{0,3}$" }),
+            Values::Sheet => json!({ "type": "string", "pattern": SHEET }),
             Values::Background => json!({ "type": "string", "pattern": FilmBackground::PATTERN }),
         }
     }

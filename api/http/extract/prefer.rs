@@ -5,8 +5,6 @@ use std::time::Duration;
 
 /// The header's name.
 const PREFER: HeaderName = HeaderName::from_static("prefer");
-/// Longest wait.
-const LONGEST: Duration = Duration::from_secs(60);
 
 /// The preferences of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,6 +16,9 @@ pub(crate) struct Prefer {
 }
 
 impl Prefer {
+    /// Longest wait.
+    pub(crate) const LONGEST: Duration = Duration::from_secs(60);
+
     /// Reads the headers. Unknown preferences are ignored, as the standard requires.
     pub(crate) fn of(headers: &HeaderMap) -> Self {
         let mut prefer = Self::default();
@@ -27,7 +28,7 @@ impl Prefer {
                 None => prefer.respond_async |= preference.eq_ignore_ascii_case("respond-async"),
                 Some((name, seconds)) if name.eq_ignore_ascii_case("wait") => {
                     let wait = seconds.parse().ok().map(Duration::from_secs);
-                    prefer.wait = prefer.wait.or(wait).map(|wait| wait.min(LONGEST));
+                    prefer.wait = prefer.wait.or(wait).map(|wait| wait.min(Self::LONGEST));
                 }
                 Some(_) => {}
             }

@@ -2,7 +2,7 @@
 //! describes them for the contract ([`Query::describe`]).
 
 use super::accept::by_accept;
-use super::parameter::{MAX_PIXELS, MAX_WHOLE, Parameter, Values};
+use super::parameter::{MAX_PIXELS, MAX_WHOLE, Parameter, SHEET_SIDE, Values};
 use crate::http::problem::{ErrorEntry, Kind, Problem, fragment};
 use crate::service::scenes::ids::MAX_ZOOM;
 use crate::service::values::point;
@@ -152,7 +152,7 @@ impl Query {
     pub(crate) fn sheet(&mut self, name: &'static str, about: &'static str) -> Option<[u32; 2]> {
         self.take(name, about, Values::Sheet, |text| {
             let (columns, rows) = text.split_once('x')?;
-            let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=1_000).contains(side));
+            let side = |text: &str| text.parse().ok().filter(|side: &u32| (1..=SHEET_SIDE).contains(side));
             Some([side(columns)?, side(rows)?])
         })
     }

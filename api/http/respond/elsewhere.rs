@@ -1,19 +1,20 @@
 //! Requests about a job that another front of the farm works on: what it has in memory only, that front answers.
 
 use crate::http::auth::tenant::{Scope, Tenant};
+use crate::http::extract::prefer::Prefer;
 use crate::http::problem::{Kind, Problem};
 use crate::http::state::App;
 use crate::service::jobs::Job;
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
-use axum::http::{HeaderName, HeaderValue, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Longest wait for another front: its requests wait for up to 30 seconds.
-const PATIENCE: Duration = Duration::from_secs(33);
+/// Longest wait for another front: its requests may wait as long as clients prefer, and the answer takes its way.
+const PATIENCE: Duration = Prefer::LONGEST.saturating_add(Duration::from_secs(3));
 /// Bytes of an answer.
 const MOST: usize = 256 << 20;
 /// Headers that are sent on: they say which preview is wanted.
@@ -101,15 +102,22 @@ impl Question {
 
 /// An answer as it is sent to the front that has asked.
 pub(crate) async fn packed(answer: Response) -> (Vec<u8>, Vec<u8>) {
-    let (parts, body) = answer.into_parts();
+    let (mut parts, body) = answer.into_parts();
+    let body = match to_bytes(body, MOST).await {
+        Ok(body) => body.into(),
+        Err(_) => {
+            // Nothing else is read of it.
+            (parts.status, parts.headers) = (StatusCode::SERVICE_UNAVAILABLE, HeaderMap::new());
+            Vec::new()
+        }
+    };
     let readable =
         |(name, value): (&HeaderName, &HeaderValue)| Some((name.to_string(), value.to_str().ok()?.to_owned()));
     let head = Head { status: parts.status.as_u16(), headers: parts.headers.iter().filter_map(readable).collect() };
-    let body = to_bytes(body, MOST).await.map(Vec::from).unwrap_or_default();
     (serde_json::to_vec(&head).unwrap_or_default(), body)
 }
 
-/// Nothing is known of what another front asks for.
+/// The answer to a request of another front that this version does not know.
 pub(crate) fn unknown() -> Problem {
     Problem::new(Kind::NotFound, "this front knows nothing of it")
 }

@@ -9,9 +9,12 @@ use crate::http::state::{App, AppState};
 use crate::service::deliveries::key::KeyTemplate;
 use crate::service::deliveries::receiver::Rules;
 use crate::service::error::Error;
+use crate::service::hash::sha256_of_parts;
 use crate::service::jobs::record::Idempotency;
 use crate::service::jobs::{Claim, Job, KeyUse};
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::requests::jobs::{WantedJob, Wishes};
+use crate::service::requests::pictures::HASHED_AT_ONCE;
 use crate::service::scheduler::task::Class;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -30,20 +33,34 @@ pub(crate) enum Claimed {
     Now(Option<Claim>),
 }
 
-/// Claims the key of a submission, if it has one.
+/// The SHA-256 of a request: of what stands for it beside the body, and of the body.
+pub(crate) async fn hash_of(beside: Vec<u8>, body: MeteredBytes) -> Result<(String, MeteredBytes), Problem> {
+    let is_long = body.len() >= HASHED_AT_ONCE;
+    let hash = move || (sha256_of_parts([&beside, body.as_ref()]), body);
+    if is_long { blocking(hash).await } else { Ok(hash()) }
+}
+
+/// Claims the key of a submission, if it has one. Also returns the body.
 pub(crate) async fn claim(
     app: &AppState,
     tenant: &Tenant,
     headers: &HeaderMap,
-    request: &[u8],
-) -> Result<Claimed, Problem> {
-    let Some(key) = headers.get("idempotency-key") else { return Ok(Claimed::Now(None)) };
+    beside: Vec<u8>,
+    body: MeteredBytes,
+) -> Result<(Claimed, MeteredBytes), Problem> {
+    let Some(key) = headers.get("idempotency-key") else { return Ok((Claimed::Now(None), body)) };
+    let (hash, body) = hash_of(beside, body).await?;
+    Ok((claim_by(app, tenant, key, &hash).await?, body))
+}
+
+/// Claims a key for a request of this hash.
+async fn claim_by(app: &AppState, tenant: &Tenant, key: &HeaderValue, hash: &str) -> Result<Claimed, Problem> {
     let key =
         key.to_str().ok().filter(|key| (1..=KEY).contains(&key.len())).ok_or_else(|| {
             Problem::new(Kind::InvalidRequest, format!("Idempotency-Key is 1 to {KEY} letters of ASCII"))
         })?;
     let (jobs, tenant) = (Arc::clone(&app.service.jobs), tenant.name.clone());
-    let same = Idempotency::of(key, request);
+    let same = Idempotency::of(key, hash);
     match blocking(move || jobs.claim(&tenant, same)).await? {
         Ok(claim) => Ok(Claimed::Now(Some(claim))),
         Err(KeyUse::Same(job)) => Ok(Claimed::Before(job)),
@@ -68,12 +85,12 @@ pub(crate) async fn claim(
 pub(crate) async fn claim_in_turn(
     app: &AppState,
     tenant: &Tenant,
-    headers: &HeaderMap,
-    request: &[u8],
+    key: &HeaderValue,
+    hash: &str,
 ) -> Result<Claimed, Problem> {
     let end = Instant::now() + app.service.settings.answers.timeout;
     loop {
-        match claim(app, tenant, headers, request).await {
+        match claim_by(app, tenant, key, hash).await {
             Err(problem) if problem.kind() == Kind::Conflict && Instant::now() < end => {
                 tokio::time::sleep(Duration::from_millis(50)).await;
             }

@@ -3,21 +3,20 @@
 
 use super::job::until_final;
 use super::sequence;
-use super::submission::{Claimed, accepted, claim, claim_in_turn, submitted, wishes_of};
+use super::submission::{Claimed, accepted, claim, claim_in_turn, hash_of, submitted, wishes_of};
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::query::Query;
 use crate::http::extract::scene_request::{self, SceneRequest};
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 use crate::http::state::App;
-use crate::service::assets::sha256;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::PRIORITY;
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, Uri};
+use axum::http::{HeaderMap, HeaderValue, Uri};
 use axum::response::Response;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -88,33 +87,31 @@ pub(crate) fn refuse_without(query: &mut Query) {
 pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Problem> {
     let began = Instant::now();
     Tenant::of(request.extensions()).require(Scope::Jobs, "a turntable, which is a job of frames,")?;
-    let mut headers = request.headers().clone();
+    let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let read = scene_request::read(&app, request, asked).await?;
     let SceneRequest { form, mut overrides, extra: Asked { count, across, format }, tenant, method, body, .. } = read;
     let is_model = matches!(form, Form::Whole(format) if format.is_model());
     overrides.model.around = is_model.then_some(true);
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
-    let whole = [b"turntable\n", of_frames(&query).as_bytes(), b"\n", base, body.as_ref()].concat();
-    let key = HeaderName::from_static("idempotency-key");
-    let is_named = headers.contains_key(&key);
-    let claimed = if is_named {
-        claim(&app, &tenant, &headers, &whole).await?
+    let beside = [b"turntable\n", of_frames(&query).as_bytes(), b"\n", base].concat();
+    let is_named = headers.contains_key("idempotency-key");
+    let (claimed, body) = if is_named {
+        claim(&app, &tenant, &headers, beside, body).await?
     } else {
         // The same frames again, in whatever form, are those of the first job.
-        if let Ok(name) = HeaderValue::from_str(&format!("turntable-{}", sha256(&whole))) {
-            headers.insert(key, name);
-        }
-        claim_in_turn(&app, &tenant, &headers, &whole).await?
+        let (hash, body) = hash_of(beside, body).await?;
+        let key = HeaderValue::try_from(format!("turntable-{hash}"))
+            .map_err(|_| Problem::new(Kind::Internal, "the request failed"))?;
+        (claim_in_turn(&app, &tenant, &key, &hash).await?, body)
     };
-    drop(whole);
     let has_ended = |job: &Job| matches!(job.record().state, State::Failed | State::Canceled | State::Expired);
     let job = match claimed {
         Claimed::Before(job) if !has_ended(&job) && job.askers.join() => job,
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
             let wanted = WantedJob {
-                scene: body.as_ref().to_vec(),
+                scene: body,
                 form,
                 frames: Some(if is_model { Sequence::turntable(count).of_model() } else { Sequence::turntable(count) }),
                 overrides,
@@ -123,7 +120,6 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
                 labels: vec!["turntable".into()],
                 wishes: wishes_of(&app, &tenant, None, None)?,
             };
-            drop(body);
             let job = submitted(&app, &tenant, wanted, claim).await?;
             // With a key of its own the client may ask for it again.
             if !is_named {

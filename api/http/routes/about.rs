@@ -2,7 +2,9 @@
 
 use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
-use crate::service::limits::{AnswerLimits, CacheLimits, DeliverySettings, JobLimits, MAX_RAYS};
+use crate::service::limits::{
+    ANSWER_GROWTH, AnswerLimits, CacheLimits, DeliverySettings, JobLimits, MAX_RAYS, PART_PIXELS,
+};
 use crate::service::requests::compare::SEEN_PIXELS;
 use crate::service::scenes::cache::PATCH_BYTES;
 use crate::service::scenes::ids::MAX_ZOOM;
@@ -13,6 +15,7 @@ use strahl::film::{DEFAULT_QUALITY, PictureFormat};
 use strahl::render::RENDER_EPOCH;
 use strahl::scene::limits as scene;
 use strahl::scene::schema::schema_text;
+use strahl::sequence::FRAMES;
 
 pub(super) fn routes() -> Vec<Route> {
     let object = |media_type| Content::of(media_type, |_| json!({ "type": "object" }));
@@ -87,6 +90,10 @@ struct RequestLimits<'a> {
     memory_bytes: u64,
     /// Rays of one `POST /v1/rays`.
     max_rays: usize,
+    /// Bytes of the answer to `POST /v1/rays`, as a multiple of those of the request.
+    answer_growth: usize,
+    /// Pixels of a part of a job's picture.
+    part_pixels: u64,
     /// Bytes of the patch of a variation.
     patch_bytes: u64,
     /// Pixels of pictures that `POST /v1/compare` compares by FLIP and CIEDE2000.
@@ -110,27 +117,7 @@ struct TenantLimits {
 
 async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
     let tenant = Tenant::of(&extensions);
-    let scene_limits = [
-        scene::SCENE_BYTES,
-        scene::JSON_DEPTH,
-        scene::NESTING,
-        scene::OBJECTS,
-        scene::TRIANGLES,
-        scene::NAME_BYTES,
-        scene::LIGHTS,
-        scene::POLYGON_VERTICES,
-        scene::EXPANDED_PRIMITIVES,
-        scene::IMAGE_SIDE,
-        scene::PIXELS,
-        scene::SAMPLES,
-        scene::MAX_DEPTH,
-        scene::RAYS_PER_SAMPLE,
-        scene::TREE_RAYS,
-        scene::PROBLEMS,
-        scene::IMPORT_WARNINGS,
-        scene::IMPORT_WARNING_CHARACTERS,
-    ];
-    let counts = scene_limits.into_iter().map(|limit| (limit.name, Number::from(limit.max)));
+    let counts = scene::ALL.into_iter().chain([FRAMES]).map(|limit| (limit.name, Number::from(limit.max)));
     let lengths = [("magnitude", scene::MAGNITUDE), ("smallest_length", scene::SMALLEST_LENGTH)];
     let lengths = lengths.into_iter().filter_map(|(name, length)| Some((name, Number::from_f64(length)?)));
     let settings = &app.service.settings;
@@ -141,6 +128,8 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         disk_cache_bytes: settings.caches.on_disk(),
         memory_bytes: settings.memory_bytes,
         max_rays: MAX_RAYS,
+        answer_growth: ANSWER_GROWTH,
+        part_pixels: PART_PIXELS,
         patch_bytes: PATCH_BYTES,
         flip_pixels: SEEN_PIXELS,
         max_tradeoff_seconds: settings.answers.tradeoff_seconds(),

@@ -1,5 +1,6 @@
 //! `/docs`: the contract as a page. The program contains all of it, so that it works without a network.
 
+use crate::http::extract::accept::takes_gzip;
 use crate::http::prelude::*;
 use flate2::read::GzDecoder;
 use std::io::Read;
@@ -47,9 +48,7 @@ async fn page() -> impl IntoResponse {
 async fn viewer(headers: HeaderMap) -> Response {
     let about = [(header::CONTENT_TYPE, "text/javascript; charset=utf-8"), (header::CACHE_CONTROL, DAY)];
     let about = (about, [(header::VARY, "Accept-Encoding")]);
-    let compressed =
-        headers.get(header::ACCEPT_ENCODING).is_some_and(|value| value.as_bytes().windows(4).any(|w| w == b"gzip"));
-    if compressed {
+    if takes_gzip(&headers) {
         return (about, [(header::CONTENT_ENCODING, "gzip")], VIEWER).into_response();
     }
     let mut plain = Vec::new();

@@ -1,6 +1,7 @@
 //! `/embed.js`: the custom element `<strahl-picture>`, for pages of others. It needs no key, since it says nothing about
 //! anybody; what it shows asks for one.
 
+use crate::http::extract::accept::takes_gzip;
 use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::prelude::*;
 use data_encoding::BASE64URL_NOPAD;
@@ -44,8 +45,7 @@ async fn element(request: Request) -> Response {
         Verdict::Proceed => {}
     }
     let about = (about, [(header::CONTENT_TYPE, "text/javascript; charset=utf-8")]);
-    let accepted = request.headers().get(header::ACCEPT_ENCODING);
-    if accepted.is_some_and(|value| value.as_bytes().windows(4).any(|word| word == b"gzip")) {
+    if takes_gzip(request.headers()) {
         return (about, [(header::CONTENT_ENCODING, "gzip")], compressed.as_slice()).into_response();
     }
     (about, ELEMENT).into_response()

@@ -61,7 +61,8 @@ pub(super) async fn readyz(State(app): State<App>) -> impl IntoResponse {
         () => (StatusCode::OK, "ready"),
     };
     let (waiting, running) = app.service.jobs.counts();
-    let queue = &app.service.queue;
     let jobs = JobCounts { waiting, running };
-    (code, NO_STORE, Json(Readiness { status, running: queue.running(), waiting: queue.waiting(), jobs }))
+    let (queue, tiles) = (&app.service.queue, &app.service.tiles);
+    let (running, waiting) = (queue.running() + tiles.running(), queue.waiting() + tiles.waiting());
+    (code, NO_STORE, Json(Readiness { status, running, waiting, jobs }))
 }

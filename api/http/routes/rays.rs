@@ -9,7 +9,7 @@ use crate::http::prelude::*;
 use crate::http::respond::{Answer, body};
 use crate::http::scene_job::{Question, ask};
 use crate::service::error::Error;
-use crate::service::limits::MAX_RAYS;
+use crate::service::limits::{ANSWER_GROWTH, MAX_RAYS};
 use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scheduler::admission::Work;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -38,8 +38,6 @@ pub(super) fn routes() -> Vec<Route> {
 const ABOUT: &str = r#"the body is {"scene": {...}, "rays": [{"origin": [x, y, z], "direction": [x, y, z]}, ...]}"#;
 /// Rays that are followed at a time, before it is seen whether their answers have room.
 const PART: usize = 2_048;
-/// Bytes of an answer for each byte of its request, at most.
-const MOST_GROWTH: usize = 100;
 /// Bytes that any request may have been larger.
 const BESIDE: usize = 1_000;
 
@@ -81,7 +79,7 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
     let part = BodyPart::of(sent.text, "/scene".into(), text);
     let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| part.error(error))?;
     let mut answer = app.service.memory.empty();
-    let most = MOST_GROWTH * (sent.text.len() + BESIDE);
+    let most = ANSWER_GROWTH * (sent.text.len() + BESIDE);
     answer.append(b"{\"answers\":[")?;
     for (number, part) in rays.chunks(PART).enumerate() {
         work.control.add_rays(part.len() as u64);
@@ -89,10 +87,10 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
         for (place, text) in texts.map_err(Error::from)?.iter().enumerate() {
             if answer.len() + text.len() > most {
                 let detail = format!(
-                    "the answer would have more than {most} bytes, {MOST_GROWTH} for each that was sent \
+                    "the answer would have more than {most} bytes, {ANSWER_GROWTH} for each that was sent \
                      (answer_growth): send fewer rays, or a scene with shorter names"
                 );
-                return Err(Problem::limit(Kind::TooLarge, "answer_growth", MOST_GROWTH as u64, detail));
+                return Err(Problem::limit(Kind::TooLarge, "answer_growth", ANSWER_GROWTH as u64, detail));
             }
             if number + place > 0 {
                 answer.append(b",")?;

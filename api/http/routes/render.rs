@@ -194,12 +194,11 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
         scene_request::read(&app, request, extra).await?;
     // The query is part of the request that an idempotency key stands for.
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
-    let whole = [query.as_bytes(), b"\n", base, body.as_ref()].concat();
-    let (job, is_replay) = match claim(&app, &tenant, &headers, &whole).await? {
+    let beside = [query.as_bytes(), b"\n", base].concat();
+    let (claimed, scene) = claim(&app, &tenant, &headers, beside, body).await?;
+    let (job, is_replay) = match claimed {
         Claimed::Before(job) => (job, true),
         Claimed::Now(claim) => {
-            let scene = body.as_ref().to_vec();
-            drop((body, whole));
             let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
             let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };
             (submitted(&app, &tenant, wanted, claim).await?, false)

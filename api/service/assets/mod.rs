@@ -16,7 +16,6 @@ use crate::service::error::{Error, StartError};
 use crate::service::storage::objects::Objects;
 use lru::LruCache;
 use parking_lot::Mutex;
-use sha2::{Digest, Sha256};
 use shelf::Shelf;
 use std::collections::{HashMap, HashSet};
 use std::io;
@@ -24,12 +23,19 @@ use std::path::Path;
 use strahl::scene::assets::is_hash;
 use tokio::runtime::Handle;
 
+/// Assets of one tenant: each has two files and some entries in memory, however small it is.
+pub(crate) const ASSETS: usize = 100_000;
+/// Notes of scenes after which it is looked which of them are still kept.
+const NOTES: usize = 1_024;
+
 /// The assets of all tenants.
 #[derive(Debug)]
 pub(crate) struct Assets {
     shelf: Shelf,
     /// Bytes of one tenant's.
     most: u64,
+    /// Number of one tenant's.
+    most_assets: usize,
     /// Held by who changes what is on the shelf.
     changes: Mutex<()>,
     known: Mutex<Known>,
@@ -52,11 +58,6 @@ pub(crate) struct Sent {
     pub(crate) is_new: bool,
 }
 
-/// The SHA-256 of bytes in hexadecimal digits.
-pub(crate) fn sha256(bytes: &[u8]) -> String {
-    data_encoding::HEXLOWER.encode(&Sha256::digest(bytes))
-}
-
 impl Assets {
     /// Those in a folder, and whether they outlive a power cut.
     pub(crate) fn open(path: &Path, most: u64, durable: bool) -> Result<Self, StartError> {
@@ -72,7 +73,7 @@ impl Assets {
     }
 
     fn on(shelf: Shelf, most: u64) -> Self {
-        Self { shelf, most, changes: Mutex::default(), known: Mutex::default() }
+        Self { shelf, most, most_assets: ASSETS, changes: Mutex::default(), known: Mutex::default() }
     }
 
     /// Reads what there is: the claims, the oldest first, and what kept scenes name.
@@ -150,11 +151,13 @@ impl Assets {
             ));
         }
         let full = Error::TooLarge(
-            "there is no room for the asset (asset_bytes): delete some with DELETE /v1/assets/{sha256}, or the scenes and jobs that \
+            "there is no room for the asset (asset_bytes, assets): delete some with DELETE /v1/assets/{sha256}, or the scenes and jobs that \
              name them",
         );
         let (mut left, oldest) = self.known.lock().of(tenant);
-        if left + bytes <= self.most {
+        let has_room = |left: u64, assets: usize| left + bytes <= self.most && assets < self.most_assets;
+        let mut assets = oldest.len();
+        if has_room(left, assets) {
             return Ok(());
         }
         if self.shelf.listed().is_none() {
@@ -164,13 +167,13 @@ impl Assets {
         needed.extend(self.of_scenes(has_scene));
         let mut going = Vec::new();
         for (hash, size) in oldest.into_iter().filter(|(hash, _)| !needed.contains(hash)) {
-            if left + bytes <= self.most {
+            if has_room(left, assets) {
                 break;
             }
-            left -= size;
+            (left, assets) = (left - size, assets - 1);
             going.push(hash);
         }
-        if left + bytes > self.most {
+        if !has_room(left, assets) {
             return Err(full);
         }
         for hash in &going {
@@ -191,12 +194,16 @@ impl Assets {
         known.named.values().flatten().cloned().collect()
     }
 
-    /// Notes what a scene names that is kept from now on.
-    pub(crate) fn note_scene(&self, id: &str, hashes: &[String]) {
+    /// Notes what a scene names that is kept from now on, and now and then forgets those of which `has_scene` says that they are
+    /// not kept any more.
+    pub(crate) fn note_scene(&self, id: &str, hashes: &[String], has_scene: impl Fn(&str) -> bool) {
         if hashes.is_empty() || self.known.lock().named.contains_key(id) {
             return;
         }
         let Some(blobs) = self.shelf.listed() else { return };
+        if self.known.lock().named.len() % NOTES == NOTES - 1 {
+            self.of_scenes(has_scene);
+        }
         if let Err(error) = blobs.put(id, hashes.join("\n").as_bytes(), b"") {
             tracing::warn!(id, %error, "it cannot be written down which assets a scene names");
         }
@@ -407,12 +414,30 @@ mod tests {
         assert_eq!([a, b, c].map(|bytes| assets.owns("one", &sha256(bytes))), [true, false, true]);
         // A scene names a, a job c.
         let id = format!("s_{}", "a".repeat(32));
-        assets.note_scene(&id, &[sha256(a)]);
+        assets.note_scene(&id, &[sha256(a)], |_| true);
         assert!(matches!(kept(&assets, "one", b, &[&sha256(c)]), Err(Error::TooLarge(_))));
         assert!(kept(&assets, "one", b, &[]).unwrap());
         assert_eq!([a, b, c].map(|bytes| assets.owns("one", &sha256(bytes))), [true, true, false]);
         // A scene that is kept no more names nothing.
         assert!(assets.keep("one", &sha256(c), c, HashSet::new, |_| false).unwrap());
         assert!(matches!(kept(&assets, "one", &[0; 11], &[]), Err(Error::TooLarge(_))));
+    }
+
+    #[test]
+    fn many_small_assets_and_scenes_that_are_gone_take_no_more_room_than_they_may() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut assets = Assets::open(folder.path(), 1_000, false).unwrap();
+        assets.most_assets = 3;
+        for byte in 0..9_u8 {
+            kept(&assets, "one", &[byte], &[]).unwrap();
+        }
+        assert_eq!(assets.bytes("one"), [3, 1_000]);
+        assert!(assets.owns("one", &sha256(&[8])) && !assets.owns("one", &sha256(&[5])));
+        let scene = |number: usize| format!("s_{number:032x}");
+        for number in 0..3 * NOTES {
+            assets.note_scene(&scene(number), &[sha256(&[8])], |id| id == scene(0));
+        }
+        let notes = assets.known.lock().named.len();
+        assert!(notes <= NOTES && assets.known.lock().named.contains_key(&scene(0)), "{notes}");
     }
 }

@@ -3,11 +3,12 @@
 use super::Jobs;
 use super::finish::JobFiles;
 use super::job::{Job, locked};
-use super::record::{Record, is_job_id, sha256};
+use super::record::{Record, is_job_id};
 use super::registry::Registry;
 use super::upgrade;
 use crate::service::assets;
 use crate::service::farm::Farm;
+use crate::service::hash::sha256;
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::scenes::ids::is_image_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};

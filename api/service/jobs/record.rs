@@ -6,10 +6,8 @@ use crate::service::clock::unix_time;
 use crate::service::error::Error;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::sequences::Frames;
-use data_encoding::HEXLOWER;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::ops::Not;
 use strahl::film::FileFormat;
 use strahl::scene::problem::Code;
@@ -256,20 +254,15 @@ pub(crate) struct Idempotency {
 }
 
 impl Idempotency {
-    /// A key, and what was submitted with it.
-    pub(crate) fn of(key: &str, request: &[u8]) -> Self {
-        Self { key: key.to_owned(), request: sha256(request) }
+    /// A key, and the SHA-256 of what was submitted with it.
+    pub(crate) fn of(key: &str, request: &str) -> Self {
+        Self { key: key.to_owned(), request: request.to_owned() }
     }
 }
 
 /// Whether it can be the id of a job.
 pub(crate) fn is_job_id(name: &str) -> bool {
     Uuid::try_parse(name).is_ok_and(|id| id.to_string() == name)
-}
-
-/// SHA-256 in hexadecimal digits.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    HEXLOWER.encode(&Sha256::digest(bytes))
 }
 
 /// Cost of a job, over all restarts.

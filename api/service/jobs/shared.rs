@@ -2,7 +2,7 @@
 
 use super::event_log::{Event, Herald};
 use super::job::Job;
-use super::record::{Record, sha256};
+use super::record::Record;
 use super::records::Records;
 use crate::service::clock::RunTime;
 use crate::service::farm::Farm;
@@ -10,6 +10,7 @@ use crate::service::farm::events::Publisher;
 use crate::service::farm::fronts::Fronts;
 use crate::service::farm::names;
 use crate::service::farm::records::Records as Bucket;
+use crate::service::hash::sha256;
 use crate::service::storage::revisions::Refused;
 use std::io;
 use std::sync::Arc;

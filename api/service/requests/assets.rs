@@ -1,8 +1,9 @@
 //! Keeping and finding assets.
 
 use super::Service;
-use crate::service::assets::{Sent, sha256};
+use crate::service::assets::Sent;
 use crate::service::error::Error;
+use crate::service::hash::sha256;
 use crate::service::memory_budget::MeteredBytes;
 use std::sync::Arc;
 

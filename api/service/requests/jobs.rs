@@ -7,6 +7,7 @@ use crate::service::error::Error;
 use crate::service::jobs::outbox::{Delivery, Outbox};
 use crate::service::jobs::record::{JobSpec, Record};
 use crate::service::jobs::{Claim, Job};
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::spec::PictureSpec;
 use crate::service::scenes::ids::ImageId;
@@ -17,7 +18,7 @@ use crate::service::scheduler::task::Task;
 use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Region};
-use strahl::scene::description::{Accuracy, ImageSize};
+use strahl::scene::description::ImageSize;
 use strahl::scene::{Description, Format, Overrides, Problem, Problems};
 use strahl::sequence::Sequence;
 
@@ -25,7 +26,7 @@ use strahl::sequence::Sequence;
 #[derive(Debug)]
 pub(crate) struct WantedJob {
     /// The scene's text.
-    pub(crate) scene: Vec<u8>,
+    pub(crate) scene: MeteredBytes,
     /// What the text is.
     pub(crate) form: Form,
     /// The frames of a sequence.
@@ -102,7 +103,7 @@ impl Service {
                 let ImageSize { width, height } = scene.image;
                 limits.check([width, height], scene.render.samples.unwrap_or(1))
             };
-            let sent = SentScene::new(&scene, &form, &overrides);
+            let sent = SentScene::new(scene.as_ref(), &form, &overrides);
             let ready = service.scenes.find_if(&work.workers, &sent, &accept)?.ready;
             let size = [ready.scene.width, ready.scene.height];
             limits.check(size, ready.scene.samples)?;
@@ -113,19 +114,15 @@ impl Service {
             let [scene_id, image_id] =
                 image_of(&ready).map_or([None, None], |image| [image.scene.clone(), image.to_string()].map(Some));
             // A time or a number of rays ends the whole picture, so it has no tiles.
-            let is_progressive = matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
-            let edge = if is_progressive { 0 } else { service.jobs.tile_edge(region.pixels(), estimate_ms) };
+            let edge = if ready.render.accuracy().is_budget() {
+                0
+            } else {
+                service.jobs.tile_edge(region.pixels(), estimate_ms)
+            };
             let scene_bytes = ready.scene.bytes() as u64;
             let assets = ready.scene.assets.clone();
             let [width, height] = size;
-            // A job does not depend on other scenes.
-            let (format, scene, settings) = match form {
-                Form::Whole(format) => (format, scene, overrides),
-                Form::Variation(_) => {
-                    let text = service.canonical_text(work, &sent)?;
-                    (Format::Json, text, overrides.again(ImageSize { width, height }))
-                }
-            };
+            let (format, scene, settings) = service.text_of_job(work, scene, &form, overrides, size)?;
             let spec = JobSpec { scene: String::new(), format, settings, output };
             let job = Record {
                 tenant,
@@ -149,7 +146,7 @@ impl Service {
         };
         let service = Arc::clone(self);
         let submit = move || {
-            let job = service.jobs.submit(record, &scene, most, claim.as_ref(), file.as_deref())?;
+            let job = service.jobs.submit(record, scene.as_ref(), most, claim.as_ref(), file.as_deref())?;
             if let Err(lacking) = service.check_assets(&job) {
                 let gone = service.jobs.forget(&job);
                 gone.unwrap_or_else(|error| tracing::error!(%error, "a job without its assets cannot be forgotten"));
@@ -158,6 +155,24 @@ impl Service {
             Ok(job)
         };
         tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
+    }
+
+    /// The text that a job keeps, its format, and the settings. A job does not depend on other scenes, so of a variation it keeps all.
+    pub(super) fn text_of_job(
+        &self,
+        work: &Work,
+        scene: MeteredBytes,
+        form: &Form,
+        overrides: Overrides,
+        [width, height]: [u32; 2],
+    ) -> Result<(Format, MeteredBytes, Overrides), Error> {
+        match form {
+            Form::Whole(format) => Ok((*format, scene, overrides)),
+            Form::Variation(_) => {
+                let text = self.canonical_text(work, &SentScene::new(scene.as_ref(), form, &overrides))?;
+                Ok((Format::Json, self.memory.metered(text)?, overrides.again(ImageSize { width, height })))
+            }
+        }
     }
 
     /// Refuses a job whose assets were deleted while it was being accepted, by another front perhaps. Who deletes one looks for jobs

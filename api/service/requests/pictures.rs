@@ -20,12 +20,12 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use strahl::film::{Film, Region};
 use strahl::render::{Watcher, sampling_bytes};
-use strahl::scene::description::Accuracy;
+
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
 use strahl::scene::{Description, Format, Overrides, Scene};
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
-const HASHED_AT_ONCE: usize = 64 << 10;
+pub(crate) const HASHED_AT_ONCE: usize = 64 << 10;
 
 /// The bytes of a scene in any container.
 pub(crate) trait Text: AsRef<[u8]> + Debug + Send + Sync + 'static {}
@@ -250,7 +250,7 @@ impl Service {
             // A copy of the scene, in which the object shines.
             share.grow(share.bytes() + ready.bytes())?;
         }
-        let ends_by_itself = matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
+        let ends_by_itself = ready.render.accuracy().is_budget();
         if let Some(show) = show.filter(|_| !ends_by_itself) {
             passes(&ready, &shot, &self.memory, &work.workers, &work.control, show)?;
         }

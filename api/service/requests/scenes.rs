@@ -84,7 +84,7 @@ impl Service {
             Form::Whole(format) => Some(Source { format: *format, text: sent.text }),
             Form::Variation(_) => None,
         };
-        self.assets.note_scene(&ready.scene_id, &ready.scene.assets);
+        self.assets.note_scene(&ready.scene_id, &ready.scene.assets, |id| store.holds(id));
         let is_new = store.claim(&ready.scene_id, tenant, source).map_err(unwritten)?;
         let image = ImageId { scene: ready.scene_id.clone(), zoom };
         let estimate = plan.estimate.ok_or(Error::Internal("the scene has no estimate"))?;

@@ -5,8 +5,9 @@ use super::jobs::WantedJob;
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::{JobSpec, Record};
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::scenes::prepared::planned;
-use crate::service::scenes::sent_scene::{Form, SentScene};
+use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scheduler::admission::Work;
 use crate::service::sequences::Frames;
 use crate::service::sequences::price::{Price, is_pilot, price};
@@ -17,7 +18,7 @@ use strahl::film::Region;
 use strahl::film::animation::{Animation, AnimationFormat};
 use strahl::film::sheet::{Sheet, cell, columns};
 use strahl::scene::assets::named_in;
-use strahl::scene::description::{Accuracy, ImageSize};
+use strahl::scene::description::ImageSize;
 use strahl::scene::problem::Code;
 use strahl::scene::{Description, Format, Problem, Problems};
 use strahl::sequence::Sequence;
@@ -49,26 +50,20 @@ impl Service {
         work: &Work,
         wanted: WantedJob,
         sequence: &Sequence,
-    ) -> Result<(Record, Vec<u8>), Error> {
+    ) -> Result<(Record, MeteredBytes), Error> {
         sequence.check()?;
         let WantedJob { scene, form, overrides, output, priority, labels, .. } = wanted;
-        let sent = SentScene::new(&scene, &form, &overrides);
+        let sent = SentScene::new(scene.as_ref(), &form, &overrides);
         let Checked { common, price, scene_bytes, progressive } = self.check_frames(work, &sent, sequence)?;
         self.check_time(price.ms)?;
         let [width, height] = common.size;
         let pixels = u64::from(width) * u64::from(height);
         let edge = if progressive { 0 } else { self.jobs.tile_edge(pixels, price.ms / f64::from(sequence.count())) };
-        // A job does not depend on other scenes.
-        let (format, scene, settings) = match form {
-            Form::Whole(format) => (format, scene, overrides),
-            Form::Variation(_) => {
-                let text = self.canonical_text(work, &sent)?;
-                (Format::Json, text, overrides.again(ImageSize { width, height }))
-            }
-        };
-        let text = join(sequence, &scene).map_err(|_| Error::Internal("the sequence cannot be written"))?;
+        let (format, scene, settings) = self.text_of_job(work, scene, &form, overrides, common.size)?;
+        let text = join(sequence, scene.as_ref()).map_err(|_| Error::Internal("the sequence cannot be written"))?;
+        let text = self.memory.metered(text)?;
         // Frames may name others than the scene.
-        let assets = if format == Format::Json { named_in(&text) } else { Vec::new() };
+        let assets = if format == Format::Json { named_in(text.as_ref()) } else { Vec::new() };
         let spec = JobSpec { scene: String::new(), format, settings, output };
         let frames = Some(Frames::of(sequence));
         let job = Record { priority, labels, frames, width, height, edge, assets, ..Record::new(spec) };
@@ -97,7 +92,7 @@ impl Service {
                 return Err(other_background(frame.number));
             }
             largest = ready.bytes().max(largest);
-            progressive |= matches!(ready.render.accuracy(), Accuracy::Time(_) | Accuracy::Rays(_));
+            progressive |= ready.render.accuracy().is_budget();
             // Where one block of pixels takes seconds, the first frames tell about the others.
             if is_pilot(frame.number, sequence.count()) && piloting < PILOTING {
                 let began = Instant::now();

@@ -1,6 +1,6 @@
 //! The folder of textures that scenes may name. Nothing outside of it can be read.
 
-use crate::service::assets::sha256;
+use crate::service::hash::sha256;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};

@@ -9,10 +9,10 @@ use serde_json::value::RawValue;
 
 /// Most elements of a list, and most bytes that they take: the same few characters are a few bytes of an index, and thousands of a
 /// material.
-const ELEMENTS: usize = 1 << 20;
+pub(crate) const LIST: usize = 1 << 20;
 const ELEMENT_BYTES: usize = 1 << 26;
 /// Most lists and objects, at any depth: each is a few bytes of text, and hundreds in memory.
-const NESTED: usize = 1 << 21;
+pub(crate) const ELEMENTS: usize = 1 << 21;
 
 /// A file, with its lists unread.
 #[derive(Deserialize)]
@@ -86,8 +86,8 @@ struct Asset {
 /// Reads the JSON; all elements that are wrong are reported.
 pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
     let nested = text.iter().filter(|byte| matches!(byte, b'{' | b'[')).count();
-    if nested > NESTED {
-        let detail = format!("{nested} lists and objects are over the limit of {NESTED} (gltf_elements)");
+    if nested > ELEMENTS {
+        let detail = format!("{nested} lists and objects are over the limit of {ELEMENTS} (gltf_elements)");
         return Err(Faults::one(Fault::new("", Kind::Limit, detail)));
     }
     let lists: Lists<'_> = serde_json::from_slice(text).map_err(|error| {
@@ -165,7 +165,7 @@ impl Elements<'_> {
     // The code for each kind of element is large, and inlined it would be one function of 100 kB.
     #[inline(never)]
     fn of<T: for<'de> Deserialize<'de>>(&mut self, list: &str, elements: Vec<&RawValue>) -> Vec<T> {
-        let most = ELEMENTS.min(ELEMENT_BYTES / size_of::<T>().max(1));
+        let most = LIST.min(ELEMENT_BYTES / size_of::<T>().max(1));
         if elements.len() > most {
             let detail = format!("{} elements are over the limit of {most} for this list (gltf_list)", elements.len());
             self.faults.push(Fault::new(list, Kind::Limit, detail));

@@ -18,6 +18,8 @@ mod nodes;
 mod skins;
 
 pub(crate) use images::media_type;
+pub(crate) use json_read::{ELEMENTS, LIST};
+pub(crate) use nodes::{NODE_LEVELS, NODES};
 
 use super::budget::worked;
 use super::fault::{Fault, Faults, Kind, Subject, warn};

@@ -5,9 +5,9 @@ use super::json::{Document, Node};
 use glam::{DMat4, DQuat, DVec3};
 
 /// Most nodes of a file.
-const NODES: usize = 1 << 16;
+pub(crate) const NODES: usize = 1 << 16;
 /// Most levels of nodes.
-const LEVELS: usize = 1_000;
+pub(crate) const NODE_LEVELS: usize = 1_000;
 
 /// Translation, rotation and scale of a node.
 #[derive(Debug, Clone, Copy)]
@@ -117,7 +117,7 @@ pub(super) fn check_forest(document: &Document, faults: &mut Faults) {
     if looped.is_empty()
         && let Some(deep) = too_deep(&parents)
     {
-        let detail = format!("the node is more than {LEVELS} levels deep (node_levels)");
+        let detail = format!("the node is more than {NODE_LEVELS} levels deep (node_levels)");
         faults.push(Fault::new(format!("/nodes/{deep}"), Kind::Limit, detail));
     }
     for (i, scene) in document.scenes.iter().enumerate() {
@@ -180,7 +180,7 @@ fn too_deep(parents: &[Option<usize>]) -> Option<usize> {
             levels[node] = level;
         }
     }
-    levels.iter().position(|level| *level > LEVELS)
+    levels.iter().position(|level| *level > NODE_LEVELS)
 }
 
 /// From each node to the model, in a forest.

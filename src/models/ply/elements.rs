@@ -5,16 +5,11 @@ use super::super::fault::{Fault, Kind, Place, Subject, warn, warn_of_gaps};
 use super::super::geometry::Geometry;
 use super::super::material::ModelMaterial;
 use super::super::model::{Model, Placement};
+use super::super::polygon::{MOST_CORNERS, PolygonCutter, too_many_corners};
 use super::header::{Element, Property};
 use super::numbers::{Numbers, Scalar};
 use crate::math;
-use crate::shape::ear_clipping::triangulate;
 use glam::DMat4;
-
-/// Most corners of a polygon.
-const CORNERS: usize = 10_000;
-/// Most of the sum of the squares of the corners of polygons.
-const POLYGON_WORK: u64 = 200_000_000;
 
 /// What a property of a vertex is.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +48,7 @@ pub(super) struct Reader {
     /// Some numbers were NaN or infinite.
     has_gaps: bool,
     budget: Budget,
-    work: u64,
+    polygons: PolygonCutter,
 }
 
 impl Reader {
@@ -177,29 +172,12 @@ impl Reader {
     }
 
     fn polygon(&mut self, corners: &[u32]) -> Result<(), Fault> {
-        let count = corners.len();
-        if count > CORNERS {
-            return Err(Fault::new(
-                "",
-                Kind::Limit,
-                format!("a face has more than {CORNERS} corners (polygon_vertices)"),
-            ));
+        if corners.len() > MOST_CORNERS {
+            return Err(too_many_corners());
         }
-        self.budget.take(count as u64, 12)?;
-        let cut = match count {
-            0..3 => return Ok(()),
-            3 => vec![[0, 1, 2]],
-            _ => {
-                self.work += (count * count) as u64;
-                if self.work > POLYGON_WORK {
-                    return Err(Fault::new("", Kind::Limit, "the faces have too many corners (polygon_work)"));
-                }
-                let points: Vec<_> = corners.iter().map(|corner| self.geometry.positions[*corner as usize]).collect();
-                // Faces that are not flat enough are taken as fans.
-                triangulate(&points).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect())
-            }
-        };
-        let triangles = cut.into_iter().map(|triangle| triangle.map(|i| corners[i as usize]));
+        self.budget.take(corners.len() as u64, 12)?;
+        let points: Vec<_> = corners.iter().map(|corner| self.geometry.positions[*corner as usize]).collect();
+        let triangles = self.polygons.cut(&points)?.into_iter().map(|triangle| triangle.map(|i| corners[i as usize]));
         self.geometry.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
         Ok(())
     }

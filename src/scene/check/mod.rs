@@ -178,17 +178,17 @@ fn check_accuracy(findings: &mut Findings, at: &Path<'_>, accuracy: Accuracy) {
         }
         Accuracy::Time(Time { ms }) => {
             let at = at.key("time");
-            findings.number(at.key("ms"), ms, "between 1 and 3600000", (1.0..=3.6e6).contains(&ms));
+            findings.number(at.key("ms"), ms, "between 1 and 3600000", Accuracy::MILLISECONDS.contains(&ms));
         }
         Accuracy::Rays(Rays { count }) => {
             let at = at.key("rays");
-            findings.number(at.key("count"), count as f64, "between 1 and 2^53", (1..=1 << 53).contains(&count));
+            findings.number(at.key("count"), count as f64, "between 1 and 2^53", Accuracy::RAYS.contains(&count));
         }
         Accuracy::Statistical(Statistical { half_width, confidence }) => {
             let at = at.key("statistical");
-            let wide = (0.25..=64.0).contains(&half_width);
+            let wide = Accuracy::HALF_WIDTH.contains(&half_width);
             findings.number(at.key("half_width"), half_width, "between 0.25 and 64", wide);
-            let sure = (0.5..=0.999).contains(&confidence);
+            let sure = Accuracy::CONFIDENCE.contains(&confidence);
             findings.number(at.key("confidence"), confidence, "between 0.5 and 0.999", sure);
         }
     }

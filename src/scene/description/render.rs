@@ -59,6 +59,13 @@ pub enum Accuracy {
     Statistical(Statistical),
 }
 
+impl Accuracy {
+    /// Whether a time or a number of rays ends it, for the whole picture and not for each pixel.
+    pub fn is_budget(self) -> bool {
+        matches!(self, Self::Time(_) | Self::Rays(_))
+    }
+}
+
 /// Parameters of the fixed mode: none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,9 +2,23 @@
 
 use super::{Accuracy, Fixed, Proved, Rays, Statistical, Time};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 impl Accuracy {
+    /// Milliseconds of a time.
+    pub const MILLISECONDS: RangeInclusive<f64> = 1.0..=3.6e6;
+    /// A number of rays.
+    pub const RAYS: RangeInclusive<u64> = 1..=1 << 53;
+    /// Codes of 255 on each side.
+    pub const HALF_WIDTH: RangeInclusive<f64> = 0.25..=64.0;
+    /// Share of the pixels that are within the half width.
+    pub const CONFIDENCE: RangeInclusive<f64> = 0.5..=0.999;
+    /// What is written as a regular expression of JSON Schema, for the ranges above.
+    pub const PATTERN: &'static str = "^(fixed|proved(:[0-2])?|time:([1-9][0-9]{0,5}([.][0-9]+)?|[12][0-9]{6}|3[0-5][0-9]{5}|3600000)|\
+        rays:([1-9][0-9]{0,14}|[1-8][0-9]{15})|\
+        statistical:(0[.](2[5-9]|[3-9])[0-9]*|([1-9]|[1-5][0-9]|6[0-3])([.][0-9]+)?|64)\
+        (,0[.]([5-8][0-9]*|9([0-8][0-9]*|9([0-8][0-9]*|90*)?)?))?)$";
     /// The ways to write one.
     pub const WRITTEN: &'static str = "fixed, proved:0 to proved:2, time:MILLISECONDS (1 to 3600000), rays:COUNT, \
         statistical:CODES (0.25 to 64) or statistical:CODES,CONFIDENCE (0.5 to 0.999)";
@@ -24,11 +38,11 @@ impl FromStr for Accuracy {
             }
             .map(|max_codes| Self::Proved(Proved { max_codes })),
             "time" => {
-                let ms = parameters.parse().ok().filter(|ms| (1.0..=3.6e6).contains(ms));
+                let ms = parameters.parse().ok().filter(|ms| Self::MILLISECONDS.contains(ms));
                 ms.map(|ms| Self::Time(Time { ms }))
             }
             "rays" => {
-                let count = parameters.parse().ok().filter(|count| (1..=1 << 53).contains(count));
+                let count = parameters.parse().ok().filter(|count| Self::RAYS.contains(count));
                 count.map(|count| Self::Rays(Rays { count }))
             }
             "statistical" => statistical(parameters),
@@ -56,8 +70,8 @@ impl fmt::Display for Accuracy {
 /// Half width and confidence: `1` or `1,0.99`.
 fn statistical(parameters: &str) -> Option<Accuracy> {
     let (half_width, confidence) = parameters.split_once(',').unwrap_or((parameters, "0.95"));
-    let half_width = half_width.parse().ok().filter(|width| (0.25..=64.0).contains(width))?;
-    let confidence = confidence.parse().ok().filter(|confidence| (0.5..=0.999).contains(confidence))?;
+    let half_width = half_width.parse().ok().filter(|width| Accuracy::HALF_WIDTH.contains(width))?;
+    let confidence = confidence.parse().ok().filter(|confidence| Accuracy::CONFIDENCE.contains(confidence))?;
     Some(Accuracy::Statistical(Statistical { half_width, confidence }))
 }
 

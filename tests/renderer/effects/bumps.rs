@@ -86,7 +86,7 @@ fn placed_bumps_are_placed() {
 }
 
 /// Normals all alike, but for one texel far away, so that they are no constant.
-fn normals(x: u8, y: u8, z: u8) -> String {
+pub(super) fn normals(x: u8, y: u8, z: u8) -> String {
     url(RgbImage::from_fn(64, 64, |i, j| if i + j == 0 { Rgb([255, 128, 128]) } else { Rgb([x, y, z]) }))
 }
 

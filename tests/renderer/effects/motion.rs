@@ -1,5 +1,6 @@
 //! Bodies that move while the shutter is open.
 
+use super::bumps::normals;
 use super::{pixels, scene};
 use serde_json::{Value, json};
 
@@ -95,6 +96,35 @@ fn a_spinning_ball_looks_as_if_it_rested() {
             let differing = rest.iter().zip(&moved).filter(|(a, b)| (0..3).any(|c| (a[c] - b[c]).abs() > 0.01)).count();
             assert!(differing <= 8, "{material}, {precision}: {differing} pixels differ");
         }
+    }
+}
+
+/// A slope turns with the body that has it. By a turn of a quarter the light of a lamp at an angle is A + B cos + C sin, with the
+/// mean A + 2 (B + C) / pi, and bodies at rest tell A, B and C.
+#[test]
+fn bumps_turn_with_their_bodies() {
+    let slope =
+        json!({ "image": { "source": normals(190, 110, 220), "mapping": { "planar": { "axes": "xz", "size": 16 } } } });
+    let picture = |group: Value, precision: &str| {
+        let mut group = group;
+        group["objects"] =
+            json!([{ "disc": { "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 9, "material": "bumpy" } }]);
+        let more = json!({
+            "materials": { "bumpy": { "diffuse": 0.9, "normal_map": slope } },
+            "lights": [{ "directional": { "direction": [-1, -2, 0.3] } }],
+            "render": { "antialias": false, "samples": 64 }
+        });
+        f64::from(pixels(seen_from_above(json!([{ "group": group }]), more), precision)[0][0])
+    };
+    let rotation = |angle: f64| json!({ "axis": [0, 1, 0], "angle": angle });
+    for precision in BOTH {
+        let resting = |angle: f64| picture(json!({ "transform": { "rotate_deg": rotation(angle) } }), precision);
+        let a = 0.5 * (resting(0.0) + resting(180.0));
+        let (b, c) = (resting(0.0) - a, resting(90.0) - a);
+        assert!(b.abs() > 0.05 && c.abs() > 0.02, "{precision}: {b} {c}");
+        let turning = picture(json!({ "motion": { "rotate_deg": rotation(90.0) } }), precision);
+        let mean = a + 2.0 / std::f64::consts::PI * (b + c);
+        assert!((turning - mean).abs() < 2e-3, "{precision}: {turning} instead of {mean}");
     }
 }
 

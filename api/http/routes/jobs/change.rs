@@ -1,6 +1,7 @@
 //! Changing, canceling and deleting jobs.
 
 use super::ID;
+use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
@@ -9,6 +10,7 @@ use crate::http::respond::job::{JobView, etag, shown};
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
+use axum::http::Method;
 use std::io;
 
 /// Most bytes of a change.
@@ -66,11 +68,8 @@ async fn change(
     if change.priority.is_some_and(|priority| priority > 100) {
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }
-    let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()).map(str::to_owned);
-    let is_wanted = move |version: u64| {
-        let version = etag(version);
-        wanted.as_deref().is_none_or(|tags| tags.trim() == "*" || tags.split(',').any(|tag| tag.trim() == version))
-    };
+    let conditions = headers.clone();
+    let is_wanted = move |version: u64| weigh(&Method::PATCH, &conditions, Some(&etag(version))) != Verdict::Failed;
     let other = |version: u64| {
         let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()).unwrap_or_default();
         Problem::new(Kind::PreconditionFailed, format!("the job is {} by now, not {wanted}", etag(version)))

@@ -9,14 +9,13 @@ use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, r
 use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
+use crate::service::limits::PART_PIXELS;
 use crate::service::pictures::spec::{PictureSpec, outside};
 use std::time::Duration;
 use strahl::film::{FileFormat, Region};
 
 /// Longest wait for an unfinished part. Viewers give up after 30 seconds.
 const PART_PATIENCE: Duration = Duration::from_secs(25);
-/// Most pixels of a part.
-const PART_PIXELS: u64 = 4 << 20;
 
 pub(super) fn routes() -> Vec<Route> {
     let about_tile = "A part of the picture as a PNG: at once if it is finished, else as soon as it is. The request makes it the \

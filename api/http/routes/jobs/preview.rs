@@ -1,6 +1,7 @@
 //! `GET /v1/jobs/{id}/preview`: a small picture of what has been rendered so far.
 
 use super::ID;
+use crate::http::extract::conditions::is_known;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
@@ -54,17 +55,17 @@ pub(super) async fn preview(
     if let Some(answer) = elsewhere(&app, &job, &tenant, "preview", &request).await {
         return Ok(answer);
     }
-    let known = request.headers().get(header::IF_NONE_MATCH).and_then(|tag| tag.to_str().ok()).map(str::to_owned);
+    let headers = request.headers().clone();
+    let is_known = |tag: &str| is_known(&headers, tag);
     let asked = wait
         .or(after.map(|_| PATIENCE))
         .map(|seconds| Duration::from_secs(u64::from(seconds)))
-        .or(Prefer::of(request.headers()).wait);
+        .or(Prefer::of(&headers).wait);
     let is_new = |job: &Job| {
         let revision = job.revision();
         let succeeded = job.record().state == JobState::Succeeded;
         let is_there = revision > 0 || succeeded;
-        let is_other = after.is_none_or(|after| revision > after || succeeded)
-            && known.as_deref() != Some(tag(revision, succeeded).as_str());
+        let is_other = after.is_none_or(|after| revision > after || succeeded) && !is_known(&tag(revision, succeeded));
         // Who does not ask for another waits for the first.
         is_there && (is_other || asked.is_none())
     };
@@ -89,7 +90,7 @@ pub(super) async fn preview(
         (png, job.revision())
     } else {
         let (film, revision) = job.preview().ok_or_else(|| no_picture(&job))?;
-        if known.as_deref() == Some(tag(revision, false).as_str()) {
+        if is_known(&tag(revision, false)) {
             (Vec::new(), revision)
         } else {
             (encode_png(&app, &tenant, film).await?, revision)
@@ -101,7 +102,7 @@ pub(super) async fn preview(
         (header::CACHE_CONTROL, "no-cache".to_owned()),
         (HeaderName::from_static("preview-revision"), revision.to_string()),
     ];
-    if known.as_ref() == Some(&tag) {
+    if is_known(&tag) {
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
     Ok((headers, [(header::CONTENT_TYPE, "image/png")], body(app.service.memory.metered(png)?)).into_response())

@@ -10,6 +10,7 @@ use crate::http::respond::submission::{Claimed, accepted, claim, submitted, wish
 use crate::http::state::AppState;
 use crate::service::deliveries::key::KeyTemplate;
 use crate::service::jobs::Job;
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::PRIORITY;
@@ -131,20 +132,20 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     };
     let said = parts.uri.query().filter(|_| of_file.is_some()).unwrap_or_default();
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
-    let claim = match claim(&app, &tenant, &parts.headers, &[said.as_bytes(), text.as_ref()].concat()).await? {
+    let (claimed, text) = claim(&app, &tenant, &parts.headers, said.into(), text).await?;
+    let claim = match claimed {
         Claimed::Before(job) => return waited_for(&app, &tenant, &job, true, prefer).await,
         Claimed::Now(claim) => claim,
     };
     let wanted = match of_file {
         Some(settings) => {
-            let (scene, form, labels) = (text.as_ref().to_vec(), Form::Whole(format), Vec::new());
+            let (scene, form, labels) = (text, Form::Whole(format), Vec::new());
             let wishes = wishes_of(&app, &tenant, None, None)?;
             let FileSettings { overrides, output, frames, priority } = settings;
             WantedJob { scene, form, frames, overrides, output, priority, labels, wishes }
         }
-        None => wanted(&app, &tenant, text.as_ref())?,
+        None => wanted(&app, &tenant, text)?,
     };
-    drop(text);
     let job = submitted(&app, &tenant, wanted, claim).await?;
     waited_for(&app, &tenant, &job, false, prefer).await
 }
@@ -207,8 +208,9 @@ fn job_body() -> Body {
     Body::json::<JobRequest<'_>>(about).example(example).or_files()
 }
 
-fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Problem> {
-    let request: JobRequest<'_> = json_body::read(text, r#"the body is {"scene": {...}, "settings": {...}, ...}"#)?;
+fn wanted(app: &AppState, tenant: &Tenant, mut text: MeteredBytes) -> Result<WantedJob, Problem> {
+    let request: JobRequest<'_> =
+        json_body::read(text.as_ref(), r#"the body is {"scene": {...}, "settings": {...}, ...}"#)?;
     let JobRequest { scene, frames, settings, output, priority, labels, webhook, store } = request;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let priority = priority.unwrap_or(PRIORITY);
@@ -228,5 +230,9 @@ fn wanted(app: &AppState, tenant: &Tenant, text: &[u8]) -> Result<WantedJob, Pro
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
     let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
-    Ok(WantedJob { scene: scene.into(), form, frames, overrides, output, priority, labels, wishes })
+    // Of the text only the scene is kept.
+    let start = scene.as_ptr().addr() - text.as_ref().as_ptr().addr();
+    let end = start + scene.len();
+    text.keep(start..end);
+    Ok(WantedJob { scene: text, form, frames, overrides, output, priority, labels, wishes })
 }

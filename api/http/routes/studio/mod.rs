@@ -3,6 +3,7 @@
 
 mod files;
 
+use crate::http::extract::accept::takes_gzip;
 use crate::http::extract::conditions::{self, Verdict};
 use crate::http::prelude::*;
 use crate::http::settings::Studio;
@@ -39,8 +40,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/examples/{group}/{name}", example, ["example", "service", "A scene to begin with."])
             .path("group", "The first part of its id")
             .path("name", "The second")
-            .answer(200, "The scene", &[Content::of("application/json", |_| serde_json::json!({ "type": "object" }))])
-            .answer(304, "It has not changed", &[]),
+            .answer(200, "The scene", &[Content::of("application/json", |_| serde_json::json!({ "type": "object" }))]),
     ]
 }
 
@@ -113,10 +113,6 @@ fn answer(served: Served) -> Response {
         answer.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }
     answer
-}
-
-fn takes_gzip(headers: &HeaderMap) -> bool {
-    headers.get(header::ACCEPT_ENCODING).is_some_and(|value| value.as_bytes().windows(4).any(|word| word == b"gzip"))
 }
 
 fn media_type(path: &str) -> &'static str {

@@ -4,6 +4,7 @@ use super::grid::last_level;
 use super::iiif_parse::{ImageRequest, understand};
 use crate::http::auth::capability::Capability;
 use crate::http::auth::client::Client;
+use crate::http::extract::accept;
 use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, image_id, open, tile_permit};
 use crate::http::respond::put;
@@ -148,8 +149,7 @@ async fn info(State(app): State<App>, Path(id): Path<String>, parts: Parts) -> R
 
 /// Whether to send JSON-LD, as the API prefers. Clients that accept anything, such as browsers, get plain JSON.
 fn wants_linked_data(headers: &HeaderMap) -> bool {
-    let accepts: Vec<_> = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok()).collect();
-    accepts.is_empty() || accepts.iter().any(|accept| accept.contains("application/ld+json"))
+    !headers.contains_key(header::ACCEPT) || accept::names(headers, "application/ld+json")
 }
 
 impl ImageInfo {
