@@ -13,7 +13,7 @@ use tokio::net::TcpStream;
 use tokio::sync::Notify;
 use tokio::time::sleep;
 
-/// What tells that a client sends no more. Where the system cannot tell that alone, also what the client sends does.
+/// The readiness that reports a half-closed socket. Other systems report data by it, too.
 #[cfg(any(target_os = "linux", target_os = "android"))]
 const NO_MORE: Interest = Interest::PRIORITY;
 #[cfg(not(any(target_os = "linux", target_os = "android")))]
@@ -55,7 +55,7 @@ impl Activity {
         InFlight(Arc::clone(self))
     }
 
-    /// Since when nothing has been asked or answered; none while something is.
+    /// When the connection became idle. None while a request is in flight, or the client has bytes to read.
     pub(crate) fn idle_since(&self) -> Option<Instant> {
         match *self.state.lock() {
             State::Idle(since) if !self.is_blocked() => Some(since),

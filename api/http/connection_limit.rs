@@ -21,7 +21,7 @@ const FRESH: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub(crate) struct ConnectionLimit {
     most: usize,
-    /// What each address may have, if that was told.
+    /// Most connections of an address. None: a quarter of all, and no limit for loopback.
     of_address: Option<usize>,
     fresh: Duration,
     open: Mutex<Open>,
@@ -59,8 +59,8 @@ enum Admission {
 }
 
 impl ConnectionLimit {
-    /// At most so many; of each address as many as were told, else a quarter. Loopback addresses, where proxies are, may then
-    /// have all.
+    /// At most `most` connections, and `of_address` from one address. Without that an address has a quarter, and loopback
+    /// addresses, where proxies are, have no limit of their own.
     pub(crate) fn new(most: u32, of_address: Option<u32>) -> Self {
         let of_address = of_address.map(|most| most as usize);
         Self { most: most as usize, of_address, fresh: FRESH, open: Mutex::default(), left: Notify::new() }

@@ -49,7 +49,7 @@ pub(crate) async fn serve(
         })
     });
     announce(&clients, "listening");
-    teach(&clients, settings, &app);
+    log_quick_start(&clients, settings, &app);
     let end = drained(&app, signals, settings.drain_timeout);
     let places = Arc::new(ConnectionLimit::new(settings.max_connections, settings.client_connections));
     connections(clients, routes::router(Arc::clone(&app)), places, settings, end).await;
@@ -67,7 +67,7 @@ fn announce(listener: &TcpListener, what: &str) {
 }
 
 /// Logs what to do with a service that has just started.
-fn teach(listener: &TcpListener, settings: &HttpSettings, app: &App) {
+fn log_quick_start(listener: &TcpListener, settings: &HttpSettings, app: &App) {
     let Ok(address) = listener.local_addr() else { return };
     tracing::info!("try: {}", app.first_request(&format!("http://{address}")));
     tracing::info!("documentation: http://{address}/docs");

@@ -5,13 +5,13 @@ use super::auth::{Access, key_file};
 use super::drain::{Drain, StopSignals};
 use super::metrics::Metrics;
 use super::openapi_text;
-use super::respond::message::MessageDesk;
+use super::respond::message::HttpMessageWriter;
 use super::routes::answer_front;
 use super::server;
 use super::settings::HttpSettings;
 use super::state::{App, AppState};
 use crate::service::concurrency_limit::ConcurrencyLimit;
-use crate::service::deliveries::Courier;
+use crate::service::deliveries::DeliveryWorker;
 use crate::service::deliveries::receiver::Receivers;
 use crate::service::deliveries::signature::Secret;
 use crate::service::error::StartError;
@@ -34,7 +34,7 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 
 /// Threads for connections. They mostly wait, and the pool needs the processors.
-const TALKERS: usize = 2;
+const IO_THREADS: usize = 2;
 /// Connections that the system accepts for us. A client beyond it tries again after a second, which a burst should not cost.
 const BACKLOG: u32 = 4096;
 /// Time for cancelled renders to stop before the process ends without them.
@@ -50,7 +50,7 @@ pub(crate) fn run(
     check_exposure(http)?;
     check_listeners(http)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(TALKERS)
+        .worker_threads(IO_THREADS)
         .enable_all()
         .build()
         .map_err(|error| StartError::Machine(format!("the service cannot start: {error}")))?;
@@ -67,14 +67,14 @@ pub(crate) fn run(
     // They are given up, and a temporary one is removed, at the end of this function.
     let mut folders = Folders::open(settings)?;
     let app = open(threads, http, settings, farm, store, &mut folders)?;
-    let courier = courier(&app);
+    let delivery_worker = delivery_worker(&app);
     let served = runtime.block_on(async {
         let (clients, admin) = (listen(http.listen)?, http.admin_listen.map(listen).transpose()?);
         // Before the address is announced, since a client that reads it may send a signal at once.
         let signals = StopSignals::watch()
             .map_err(|error| StartError::Machine(format!("the signals to stop cannot be watched for: {error}")))?;
         let reload = tokio::spawn(key_file::watch(Arc::clone(&app.access)));
-        let deliveries = tokio::spawn(courier.run());
+        let deliveries = tokio::spawn(delivery_worker.run());
         let (stop, stopped) = mpsc::channel();
         let jobs = Arc::clone(&app.service.jobs);
         let ticking = thread::Builder::new().name("retention".into()).spawn(move || tick(&jobs, &stopped));
@@ -144,11 +144,11 @@ pub(super) fn open(
 }
 
 /// Delivers what jobs leave behind.
-fn courier(app: &App) -> Arc<Courier> {
+fn delivery_worker(app: &App) -> Arc<DeliveryWorker> {
     let service = &app.service;
     let settings = service.settings.deliveries.clone();
-    let desk = Arc::new(MessageDesk(Arc::clone(app)));
-    Courier::new(Arc::clone(&service.jobs), service.store.clone(), Receivers::new(&settings), desk, settings)
+    let writer = Arc::new(HttpMessageWriter(Arc::clone(app)));
+    DeliveryWorker::new(Arc::clone(&service.jobs), service.store.clone(), Receivers::new(&settings), writer, settings)
 }
 
 /// The secret that signs messages where there are no keys.

@@ -10,42 +10,41 @@ use std::str::FromStr;
 
 /// Networks of IPv4 that are not the public one: of the special-purpose registry (RFC 6890 and its updates), and the one address
 /// of a cloud's metadata that is in no such network.
-const NOT_PUBLIC: [(Ipv4Addr, u32, &str); 17] = [
-    (Ipv4Addr::new(0, 0, 0, 0), 8, "this network"),
-    (Ipv4Addr::new(10, 0, 0, 0), 8, "private"),
-    (Ipv4Addr::new(100, 64, 0, 0), 10, "shared by customers of a provider"),
-    (Ipv4Addr::new(127, 0, 0, 0), 8, "loopback"),
-    (Ipv4Addr::new(168, 63, 129, 16), 32, "metadata of Azure"),
-    (Ipv4Addr::new(169, 254, 0, 0), 16, "link-local, with the metadata of clouds"),
-    (Ipv4Addr::new(172, 16, 0, 0), 12, "private"),
-    (Ipv4Addr::new(192, 0, 0, 0), 24, "of protocols"),
-    (Ipv4Addr::new(192, 0, 2, 0), 24, "documentation"),
-    (Ipv4Addr::new(192, 31, 196, 0), 24, "of protocols"),
-    (Ipv4Addr::new(192, 52, 193, 0), 24, "of protocols"),
-    (Ipv4Addr::new(192, 88, 99, 0), 24, "relays to IPv6"),
-    (Ipv4Addr::new(192, 168, 0, 0), 16, "private"),
-    (Ipv4Addr::new(198, 18, 0, 0), 15, "benchmarks"),
-    (Ipv4Addr::new(198, 51, 100, 0), 24, "documentation"),
-    (Ipv4Addr::new(203, 0, 113, 0), 24, "documentation"),
-    // Multicast, reserved and broadcast.
-    (Ipv4Addr::new(224, 0, 0, 0), 3, "multicast or reserved"),
+const NOT_PUBLIC: [(Ipv4Addr, u32); 17] = [
+    (Ipv4Addr::new(0, 0, 0, 0), 8),        // this network
+    (Ipv4Addr::new(10, 0, 0, 0), 8),       // private
+    (Ipv4Addr::new(100, 64, 0, 0), 10),    // shared by customers of a provider
+    (Ipv4Addr::new(127, 0, 0, 0), 8),      // loopback
+    (Ipv4Addr::new(168, 63, 129, 16), 32), // metadata of Azure
+    (Ipv4Addr::new(169, 254, 0, 0), 16),   // link-local, with the metadata of clouds
+    (Ipv4Addr::new(172, 16, 0, 0), 12),    // private
+    (Ipv4Addr::new(192, 0, 0, 0), 24),     // of protocols
+    (Ipv4Addr::new(192, 0, 2, 0), 24),     // documentation
+    (Ipv4Addr::new(192, 31, 196, 0), 24),  // of protocols
+    (Ipv4Addr::new(192, 52, 193, 0), 24),  // of protocols
+    (Ipv4Addr::new(192, 88, 99, 0), 24),   // relays to IPv6
+    (Ipv4Addr::new(192, 168, 0, 0), 16),   // private
+    (Ipv4Addr::new(198, 18, 0, 0), 15),    // benchmarks
+    (Ipv4Addr::new(198, 51, 100, 0), 24),  // documentation
+    (Ipv4Addr::new(203, 0, 113, 0), 24),   // documentation
+    (Ipv4Addr::new(224, 0, 0, 0), 3),      // multicast or reserved
 ];
 
 /// Networks within 2000::/3, all that is public of IPv6, that are not: they lead to addresses of IPv4, or nowhere.
-const NOT_PUBLIC_6: [(Ipv6Addr, u32, &str); 4] = [
-    (Ipv6Addr::new(0x2001, 0, 0, 0, 0, 0, 0, 0), 23, "of protocols, with Teredo"),
-    (Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 0), 32, "documentation"),
-    (Ipv6Addr::new(0x2002, 0, 0, 0, 0, 0, 0, 0), 16, "6to4"),
-    (Ipv6Addr::new(0x3fff, 0, 0, 0, 0, 0, 0, 0), 20, "documentation"),
+const NOT_PUBLIC_6: [(Ipv6Addr, u32); 4] = [
+    (Ipv6Addr::new(0x2001, 0, 0, 0, 0, 0, 0, 0), 23), // of protocols, with Teredo
+    (Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 0), 32), // documentation
+    (Ipv6Addr::new(0x2002, 0, 0, 0, 0, 0, 0, 0), 16), // 6to4
+    (Ipv6Addr::new(0x3fff, 0, 0, 0, 0, 0, 0, 0), 20), // documentation
 ];
 
 /// Whether an address is one of the public network.
 pub(crate) fn is_public(address: IpAddr) -> bool {
     match address.to_canonical() {
-        IpAddr::V4(address) => !NOT_PUBLIC.iter().any(|(network, bits, _)| same_4(*network, address, *bits)),
+        IpAddr::V4(address) => !NOT_PUBLIC.iter().any(|(network, bits)| same_4(*network, address, *bits)),
         IpAddr::V6(address) => {
             let is_global = address.segments()[0] & 0xe000 == 0x2000;
-            is_global && !NOT_PUBLIC_6.iter().any(|(network, bits, _)| same_6(*network, address, *bits))
+            is_global && !NOT_PUBLIC_6.iter().any(|(network, bits)| same_6(*network, address, *bits))
         }
     }
 }

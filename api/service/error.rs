@@ -118,7 +118,7 @@ pub(crate) fn is_full(error: &io::Error) -> bool {
 }
 
 /// An error of what several machines share: the broker and the store of a farm.
-pub(crate) fn unreachable(why: impl fmt::Display) -> io::Error {
+pub(crate) fn not_reachable(why: impl fmt::Display) -> io::Error {
     io::Error::new(io::ErrorKind::NotConnected, why.to_string())
 }
 

@@ -186,7 +186,7 @@ impl Library {
                 model.pictures.push(Picture { bytes, pointer: name.chars().take(60).collect() });
                 return Ok(Some(model.pictures.len() - 1));
             }
-            Ok(_) => skip_picture(model, name, "is no PNG, JPEG or WebP"),
+            Ok(_) => skip_picture(model, name, "is no PNG, JPEG, WebP or KTX 2.0"),
             Err(why) => skip_picture(model, name, &why),
         }
         Ok(None)

@@ -190,6 +190,17 @@ mod tests {
     }
 
     #[test]
+    fn facets_without_area_and_endless_loops_take_no_more_than_others() {
+        // They leave corners behind, so they count, but no more than others.
+        let flat = FACET.replace("1 0 0", "0 0 0");
+        assert_eq!(triangles(&format!("solid\n{}{FACET}endsolid\n", flat.repeat(5_000))), 1);
+        let endless = format!("solid\nouter loop\n{}", "vertex 0 0 0\n".repeat(MOST_CORNERS + 1));
+        let faults = read(endless.as_bytes()).unwrap_err();
+        let fault = &faults.0[0];
+        assert_eq!((fault.kind, fault.place), (Kind::Limit, Place::Line(MOST_CORNERS as u32 + 3, 1)), "{faults:?}");
+    }
+
+    #[test]
     fn binary_files_that_begin_with_solid_are_told_by_their_length() {
         let mut file = vec![b' '; HEADER - 4];
         file[..5].copy_from_slice(b"solid");

@@ -52,7 +52,7 @@ impl Access {
     pub(crate) fn open(path: Option<&Path>, of_farm: Option<Signers>, webhooks: Option<Secret>) -> io::Result<Self> {
         Ok(Self {
             keys: path.map(KeyFile::open).transpose()?,
-            anonymous: Arc::new(Tenant::anonymous().hearing(webhooks)),
+            anonymous: Arc::new(Tenant::anonymous().with_webhook_secret(webhooks)),
             own: of_farm.map_or_else(Signers::random, Ok)?,
         })
     }

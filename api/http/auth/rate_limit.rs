@@ -19,8 +19,8 @@ pub(crate) struct RateLimit {
 #[derive(Debug)]
 struct Bucket {
     units: f64,
-    /// What was taken here, and was not told to other fronts of a farm.
-    untold: f64,
+    /// What was taken here and is not yet reported to other fronts of a farm.
+    unreported: f64,
     at: Instant,
 }
 
@@ -40,7 +40,7 @@ impl RateLimit {
     pub(crate) fn new(per_minute: u32) -> Self {
         Self {
             per_minute,
-            bucket: Mutex::new(Bucket { units: f64::from(per_minute), untold: 0.0, at: Instant::now() }),
+            bucket: Mutex::new(Bucket { units: f64::from(per_minute), unreported: 0.0, at: Instant::now() }),
         }
     }
 
@@ -68,7 +68,7 @@ impl RateLimit {
 
     /// What was taken here since the last call.
     pub(crate) fn spent_here(&self) -> f64 {
-        std::mem::take(&mut self.bucket.lock().untold)
+        std::mem::take(&mut self.bucket.lock().unreported)
     }
 
     /// The state of the bucket.
@@ -94,7 +94,7 @@ impl RateLimit {
 impl Bucket {
     fn take(&mut self, units: f64) {
         self.units -= units;
-        self.untold += units;
+        self.unreported += units;
     }
 }
 

@@ -69,7 +69,7 @@ pub(crate) struct TenantWebhook {
 /// A tenant.
 #[derive(Debug, Clone)]
 pub(crate) struct Tenant {
-    /// Its name: letters, digits, `-` and `_`.
+    /// Its name: letters, digits and `-`.
     pub(crate) name: String,
     /// Its weight in the scheduler, at least 1.
     pub(crate) weight: u32,
@@ -90,7 +90,7 @@ impl Tenant {
     }
 
     /// The same with a secret for messages about its jobs.
-    pub(crate) fn hearing(self, secret: Option<Secret>) -> Self {
+    pub(crate) fn with_webhook_secret(self, secret: Option<Secret>) -> Self {
         Self { webhook: TenantWebhook { url: None, secret }, ..self }
     }
 
@@ -110,6 +110,12 @@ impl Tenant {
         extensions.get::<Arc<Self>>().map_or_else(|| Arc::new(Self::named("nobody", &[])), Arc::clone)
     }
 
+    /// The tenant of a request, which any key has.
+    pub(crate) fn required(extensions: &Extensions) -> Result<Arc<Self>, Problem> {
+        let detail = "this service requires a key: send Authorization: Bearer rk_...";
+        extensions.get::<Arc<Self>>().map(Arc::clone).ok_or_else(|| Problem::new(Kind::Unauthorized, detail))
+    }
+
     /// Whether the service has no keys, so that all requests see the same.
     pub(crate) fn is_anonymous(&self) -> bool {
         self.name == ANONYMOUS
@@ -120,12 +126,12 @@ impl Tenant {
         Task::new(class, &self.name, self.weight)
     }
 
-    /// Refuses what asks for a scope that its key lacks.
-    pub(crate) fn require(&self, scope: Scope, asking: &str) -> Result<(), Problem> {
+    /// Refuses what requires a scope that its key lacks.
+    pub(crate) fn require(&self, scope: Scope, what: &str) -> Result<(), Problem> {
         if self.may(scope) {
             return Ok(());
         }
-        let detail = format!("this key lacks the scope {}, which {asking} asks for", scope.name());
+        let detail = format!("this key lacks the scope {}, which {what} requires", scope.name());
         Err(Problem::new(Kind::Forbidden, detail).with_scope(scope.name()))
     }
 

@@ -117,6 +117,19 @@ mod tests {
     }
 
     #[test]
+    fn gzip_is_taken_by_its_quality() {
+        let of =
+            |accept| takes_gzip(&HeaderMap::from_iter([(header::ACCEPT_ENCODING, HeaderValue::from_static(accept))]));
+        assert!(!takes_gzip(&HeaderMap::new()));
+        for accept in ["gzip", "br, GZIP;q=0.5", "x-gzip", "*", "identity, *;q=0.1"] {
+            assert!(of(accept), "{accept}");
+        }
+        for accept in ["", "br", "identity, gzip;q=0", "gzip;q=0, *", "*;q=0", "notgzip"] {
+            assert!(!of(accept), "{accept}");
+        }
+    }
+
+    #[test]
     fn the_best_liked_format_wins() {
         assert_eq!(by_accept(&HeaderMap::new()).ok(), Some(PictureFormat::Png));
         for (accept, format) in [

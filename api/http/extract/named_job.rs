@@ -42,9 +42,7 @@ pub(crate) fn may_see(tenant: &Tenant, record: &Record) -> bool {
 }
 
 fn missing(app: &AppState, id: &str) -> Problem {
-    let limits = &app.service.jobs.limits;
-    let kept = limits.keep_records.min(limits.keep_pictures + limits.keep_records);
-    if is_older(id, kept) {
+    if is_older(id, app.service.jobs.limits.keep_records) {
         Problem::new(Kind::Gone, format!("there is no job {id} any more, if there ever was"))
     } else {
         Problem::new(Kind::NotFound, format!("you have no job {id}"))

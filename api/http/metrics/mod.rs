@@ -9,7 +9,7 @@ mod gauges;
 pub(crate) mod render_cost;
 
 use crate::service::jobs::JobObserver;
-use crate::service::jobs::outbox::{DeliveryState, Parcel};
+use crate::service::jobs::outbox::{DeliveryKind, DeliveryState};
 use crate::service::jobs::record::{Record, State};
 use crate::service::requests::Service;
 use crate::service::scheduler::task::Class;
@@ -176,17 +176,13 @@ impl JobObserver for Metrics {
         }
     }
 
-    fn attempted(&self, parcel: Parcel, state: DeliveryState) {
-        let what = match parcel {
-            Parcel::Picture => "picture",
-            Parcel::Message => "message",
-        };
+    fn attempted(&self, kind: DeliveryKind, state: DeliveryState) {
         let outcome = match state {
             DeliveryState::Pending => "retried",
             DeliveryState::Delivered => "delivered",
             DeliveryState::Dead => "dead",
         };
-        self.deliveries.get_or_create(&[("what", what), ("outcome", outcome)]).inc();
+        self.deliveries.get_or_create(&[("what", kind.name()), ("outcome", outcome)]).inc();
     }
 }
 

@@ -13,8 +13,8 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What was waited for as long as this is given only to who may still read it.
-const LONG: Duration = Duration::from_secs(1);
+/// Answers that took at least this long are authorized again before they are sent.
+const RECHECK_AFTER: Duration = Duration::from_secs(1);
 
 /// Puts the tenant into the request's extensions. A request without a key has no tenant if the service needs keys. A wrong
 /// key or capability is refused, also on paths that need none.
@@ -27,7 +27,7 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
     let asked = (is_read && may_lose_it).then(|| parts.clone());
     let began = Instant::now();
     let response = next.run(Request::from_parts(parts, body)).await;
-    if let Some(asked) = asked.filter(|_| began.elapsed() >= LONG) {
+    if let Some(asked) = asked.filter(|_| began.elapsed() >= RECHECK_AFTER) {
         app.access.recheck(&tenant, &Request::from_parts(asked, Body::empty()))?;
     }
     Ok(response)
@@ -35,10 +35,7 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
 
 /// Refuses requests whose key lacks a scope, and charges the tenant unless they are free. Rays are charged where they are traced.
 pub(crate) async fn require(scope: Scope, is_free: bool, request: Request, next: Next) -> Result<Response, Problem> {
-    let tenant = request.extensions().get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(|| {
-        let detail = "this service asks for a key: send Authorization: Bearer rk_...";
-        Problem::new(Kind::Unauthorized, detail)
-    })?;
+    let tenant = Tenant::required(request.extensions())?;
     tenant.require(scope, request.uri().path())?;
     let Some(rate_limit) = &tenant.rate_limit else {
         return Ok(next.run(request).await);

@@ -3,20 +3,16 @@
 //! The work is dropped with the answer, so a client that goes away cancels it.
 
 use crate::http::problem::{Problem, ProblemSummary};
+use crate::http::respond::event_stream::event_stream;
 use crate::service::error::Error;
-use axum::http::{HeaderName, header};
-use axum::response::sse::{self, KeepAlive, Sse};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
+use axum::response::sse::{self};
 use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::pin::Pin;
-use std::time::Duration;
 use tokio::sync::mpsc::Receiver;
-
-/// Silence after which a comment is sent, which shows that the stream is alive.
-const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// The name of an event, and its data.
 pub(crate) type Event = (&'static str, Value);
@@ -51,8 +47,7 @@ pub(crate) async fn events<F: Send + 'static, T: Send + 'static>(
         let (name, data) = finding.ready.pop_front()?;
         Some((Ok::<_, Infallible>(sse::Event::default().event(name).data(data.to_string())), finding))
     });
-    let headers = [(header::CACHE_CONTROL, "no-store"), (HeaderName::from_static("x-accel-buffering"), "no")];
-    Ok((headers, Sse::new(events).keep_alive(KeepAlive::new().interval(HEARTBEAT))).into_response())
+    Ok(event_stream(events))
 }
 
 impl<F, T> Finding<F, T> {

@@ -3,7 +3,7 @@
 
 use super::job::{JobView, rfc3339};
 use crate::http::state::App;
-use crate::service::deliveries::Desk;
+use crate::service::deliveries::MessageWriter;
 use crate::service::deliveries::signature::Secret;
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State;
@@ -24,9 +24,9 @@ pub(crate) struct JobMessage {
 }
 
 /// Writes the messages of the service.
-pub(crate) struct MessageDesk(pub(crate) App);
+pub(crate) struct HttpMessageWriter(pub(crate) App);
 
-impl Desk for MessageDesk {
+impl MessageWriter for HttpMessageWriter {
     fn message(&self, job: &Arc<Job>) -> String {
         let (state, ended) = {
             let record = job.record();

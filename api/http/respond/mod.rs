@@ -1,6 +1,7 @@
 //! Answers that several routes give: pictures, known images, jobs.
 
 pub(crate) mod elsewhere;
+pub(crate) mod event_stream;
 pub(crate) mod events;
 pub(crate) mod image;
 pub(crate) mod job;
@@ -18,6 +19,7 @@ use crate::service::pictures::warnings;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use data_encoding::BASE64;
 use serde::Serialize;
 use strahl::scene;
 
@@ -76,6 +78,11 @@ pub(crate) fn put(headers: &mut HeaderMap, name: HeaderName, value: &str) {
     if let Ok(value) = HeaderValue::from_str(value) {
         headers.insert(name, value);
     }
+}
+
+/// The value of `Repr-Digest` (RFC 9530) for a SHA-256.
+pub(crate) fn repr_digest(sha256: &[u8]) -> String {
+    format!("sha-256=:{}:", BASE64.encode(sha256))
 }
 
 /// Runs work that may wait for the disk, on a thread for such work.

@@ -1,6 +1,7 @@
 //! Answers with a picture: conditions, headers, caching.
 
 use super::put;
+use super::repr_digest;
 use crate::http::auth::tenant::Tenant;
 use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::metrics::render_cost::Cost;
@@ -12,7 +13,6 @@ use crate::service::pictures::spec::PictureSpec;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use data_encoding::BASE64;
 use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
 
@@ -109,7 +109,7 @@ pub(crate) fn deliver(
         }
     }
     // RFC 9530.
-    put(headers, HeaderName::from_static("repr-digest"), &format!("sha-256=:{}:", BASE64.encode(&file.digest)));
+    put(headers, HeaderName::from_static("repr-digest"), &repr_digest(&file.digest));
     headers.insert(header::CONTENT_LENGTH, file.bytes.len().into());
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     let name = image.map_or("picture", String::as_str);

@@ -5,6 +5,7 @@
 
 use super::multipart::{self, END_OF_PART};
 use super::picture::Shared;
+use super::repr_digest;
 use crate::http::problem::{Problem, ProblemSummary};
 use crate::service::error::Error;
 use crate::service::pictures::file::PictureFile;
@@ -12,7 +13,6 @@ use crate::service::pictures::passes::Pass;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
-use data_encoding::BASE64;
 use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -98,7 +98,7 @@ impl Parts {
     fn add_picture(&mut self, file: &Arc<PictureFile>) {
         let head = json!({
             "pass": self.pass, "scale": 1, "eta_ms": 0, "final": true, "image_id": file.meta.image,
-            "repr_digest": format!("sha-256=:{}:", BASE64.encode(&file.digest)),
+            "repr_digest": repr_digest(&file.digest),
         });
         self.add("application/json", head.to_string().into());
         self.add(self.format.names().1, Bytes::from_owner(Shared(Arc::clone(file))));

@@ -86,7 +86,7 @@ pub(crate) fn refuse_without(query: &mut Query) {
 /// The animation or the sheet; or the job, if it is not done in time.
 pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Problem> {
     let began = Instant::now();
-    Tenant::of(request.extensions()).require(Scope::Jobs, "a turntable, which is a job of frames,")?;
+    Tenant::of(request.extensions()).require(Scope::Jobs, "a turntable (a job of frames)")?;
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let read = scene_request::read(&app, request, asked).await?;
@@ -107,7 +107,7 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     };
     let has_ended = |job: &Job| matches!(job.record().state, State::Failed | State::Canceled | State::Expired);
     let job = match claimed {
-        Claimed::Before(job) if !has_ended(&job) && job.askers.join() => job,
+        Claimed::Before(job) if !has_ended(&job) && job.waiters.join() => job,
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
             let wanted = WantedJob {
@@ -123,20 +123,20 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             let job = submitted(&app, &tenant, wanted, claim).await?;
             // With a key of its own the client may ask for it again.
             if !is_named {
-                job.askers.hide();
+                job.waiters.hide();
             }
-            job.askers.join();
+            job.waiters.join();
             job
         }
     };
-    let asker = Asker { app: app.clone(), job: Arc::clone(&job) };
+    let waiter = Waiter { app: app.clone(), job: Arc::clone(&job) };
     let prefer = Prefer::of(&headers);
     let patience = if prefer.respond_async { Duration::ZERO } else { app.service.settings.answers.timeout };
     // What was done before it was accepted counts, too. The job is accepted, so it is answered in any case.
     let left = prefer.wait.unwrap_or(patience).saturating_sub(began.elapsed());
     _ = until_final(&app, &tenant, &job, left).await;
-    job.askers.tell();
-    drop(asker);
+    job.waiters.tell();
+    drop(waiter);
     let is_final = job.record().state.is_final();
     if !is_final {
         return Ok(accepted(&app, &job, false, prefer).await);
@@ -151,14 +151,14 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
 
 /// A request that waits for a job. If it goes away and nobody else knows of the job, that is canceled.
 #[derive(Debug)]
-struct Asker {
+struct Waiter {
     app: App,
     job: Arc<Job>,
 }
 
-impl Drop for Asker {
+impl Drop for Waiter {
     fn drop(&mut self) {
-        if self.job.askers.leave()
+        if self.job.waiters.leave()
             && let Ok(runtime) = Handle::try_current()
         {
             let (app, job) = (self.app.clone(), Arc::clone(&self.job));

@@ -3,10 +3,11 @@
 use crate::http::extract::{body as request_body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::body;
+use crate::http::respond::repr_digest;
 use crate::service::assets::Sent;
 use axum::Extension;
 use axum::http::Method;
-use data_encoding::{BASE64, HEXLOWER};
+use data_encoding::HEXLOWER;
 use std::collections::HashSet;
 use strahl::scene::assets::{SCHEME, is_hash};
 
@@ -132,7 +133,7 @@ async fn get(
     let _ = add(header::X_CONTENT_TYPE_OPTIONS, "nosniff".into());
     let _ = add(header::ETAG, format!("\"{hash}\""));
     let _ = add(header::CACHE_CONTROL, "private, max-age=31536000, immutable".into());
-    let _ = add(header::HeaderName::from_static("repr-digest"), format!("sha-256=:{}:", BASE64.encode(&digest)));
+    let _ = add(header::HeaderName::from_static("repr-digest"), repr_digest(&digest));
     let absent = || not_yours(&hash);
     if request.method() == Method::HEAD {
         let size = app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;

@@ -137,8 +137,7 @@ enum Condition {
 }
 
 async fn farm(State(app): State<App>, extensions: Extensions) -> Result<Response, Problem> {
-    let unknown = || Problem::new(Kind::Unauthorized, "this service asks for a key: send Authorization: Bearer rk_...");
-    let tenant = extensions.get::<Arc<Tenant>>().ok_or_else(unknown)?;
+    let tenant = Tenant::required(&extensions)?;
     let may_see_nodes = !app.access.needs_keys() || tenant.may(Scope::Admin);
     let answer = Answer { farm: app.service.farm.as_deref().map(|farm| Figures::of(farm, may_see_nodes)) };
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())

@@ -43,7 +43,7 @@ pub(super) fn routes() -> Vec<Route> {
 /// What a map shows of each pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-enum Of {
+enum Quantity {
     /// Codes that it is off at most.
     #[default]
     Proved,
@@ -75,10 +75,10 @@ enum Format {
 
 /// What is asked of a map.
 struct Asked {
-    of: Of,
+    of: Quantity,
     format: Format,
     step: u32,
-    /// Of maps of what is seen.
+    /// Quantity maps of what is seen.
     part: Option<Region>,
     /// The object whose share is asked for.
     share: Layers,
@@ -105,19 +105,19 @@ fn asked(query: &mut Query) -> Asked {
     let pointer = "For `of=share`: the object, such as `/objects/3`.";
     let of = query.word("of", of).unwrap_or_default();
     let is_known = !query.is_refused("of");
-    let is_seen = matches!(of, Of::Distance | Of::Object | Of::Share);
+    let is_seen = matches!(of, Quantity::Distance | Quantity::Object | Quantity::Share);
     let usual = match of {
-        Of::Object => Format::Json,
+        Quantity::Object => Format::Json,
         _ if is_seen => Format::Pfm,
         _ => Format::Png,
     };
     let format = query.word("format", format).unwrap_or(usual);
     let formats = match of {
-        Of::Object => "json, pfm or exr",
+        Quantity::Object => "json, pfm or exr",
         _ if is_seen => "pfm or exr",
         _ => "png, pfm or exr",
     };
-    if is_known && ((format == Format::Json && of != Of::Object) || (format == Format::Png && is_seen)) {
+    if is_known && ((format == Format::Json && of != Quantity::Object) || (format == Format::Png && is_seen)) {
         query.wrong("format", "out-of-range", format!("expected {formats} for this map"));
     }
     let step = query.count("step", step, COARSEST).unwrap_or(1);
@@ -127,7 +127,7 @@ fn asked(query: &mut Query) -> Asked {
     }
     let pointer = query.text("pointer", pointer);
     let share = match (of, pointer) {
-        (Of::Share, pointer) => format!("share:{}", pointer.unwrap_or_default()).parse().map_err(|_| {
+        (Quantity::Share, pointer) => format!("share:{}", pointer.unwrap_or_default()).parse().map_err(|_| {
             let detail = "of=share needs an object: pointer=/objects/3 is the fourth of the scene's objects";
             query.wrong("pointer", "out-of-range", detail.into());
         }),
@@ -150,12 +150,12 @@ fn answer(Question { app, work, sent, .. }: Question<'_>, asked: Asked) -> Resul
 /// A map of the picture of a scene.
 fn drawn(app: &AppState, work: &Work, ready: &PreparedScene, asked: &Asked) -> Result<Answer, Problem> {
     let kind = match asked.of {
-        Of::Proved => MapKind::Proved,
-        Of::Rays => MapKind::Rays,
-        Of::Time => MapKind::Time,
-        Of::Depth => MapKind::Depth,
-        Of::Samples => MapKind::Samples,
-        Of::Distance | Of::Object | Of::Share => return seen(&app.service, work, ready, asked),
+        Quantity::Proved => MapKind::Proved,
+        Quantity::Rays => MapKind::Rays,
+        Quantity::Time => MapKind::Time,
+        Quantity::Depth => MapKind::Depth,
+        Quantity::Samples => MapKind::Samples,
+        Quantity::Distance | Quantity::Object | Quantity::Share => return seen(&app.service, work, ready, asked),
     };
     let &Asked { format, step, .. } = asked;
     let region = Region::whole(ready.scene.width, ready.scene.height);
@@ -188,13 +188,13 @@ fn seen(service: &Service, work: &Work, ready: &PreparedScene, asked: &Asked) ->
     let [columns, rows] = looked.size();
     let pixels = u64::from(columns) * u64::from(rows);
     let mut room = service.room_for_picture(ready, pixels, render::MEASURED_PIXEL_BYTES)?;
-    if asked.of == Of::Share {
+    if asked.of == Quantity::Share {
         // A copy of the items, of which the object's shine.
         room.grow(room.bytes() + ready.bytes())?;
     }
     let (workers, control) = (&work.workers, &work.control);
     let numbers = match asked.of {
-        Of::Object => {
+        Quantity::Object => {
             let (objects, numbers) = looked.objects(scene, workers, control).map_err(Error::from)?;
             if asked.format == Format::Json {
                 let Region { x, y, width: w, height: h } = region;
@@ -204,7 +204,7 @@ fn seen(service: &Service, work: &Work, ready: &PreparedScene, asked: &Asked) ->
             }
             numbers.into_iter().map(|number| number as f32).collect()
         }
-        Of::Share => looked.numbers(scene, asked.share, workers, control).map_err(Error::from)?,
+        Quantity::Share => looked.numbers(scene, asked.share, workers, control).map_err(Error::from)?,
         _ => {
             let distance: Layers = "distance".parse().unwrap_or_default();
             looked.numbers(scene, distance, workers, control).map_err(Error::from)?

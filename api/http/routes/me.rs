@@ -81,7 +81,7 @@ impl From<&Queue> for Lane {
 }
 
 async fn me(State(app): State<App>, extensions: Extensions) -> Result<Response, Problem> {
-    let tenant = known(&extensions)?;
+    let tenant = Tenant::required(&extensions)?;
     let units = tenant.rate_limit.as_ref().map(|limit| {
         let left = limit.left(Instant::now());
         Units { per_minute: left.per_minute, left: left.units, full_in_s: left.full_in }
@@ -100,7 +100,7 @@ async fn me(State(app): State<App>, extensions: Extensions) -> Result<Response, 
 }
 
 async fn queue(State(app): State<App>, extensions: Extensions) -> Result<Response, Problem> {
-    known(&extensions)?;
+    Tenant::required(&extensions)?;
     let service = &app.service;
     let (waiting, running) = service.jobs.counts();
     let is_idle = service.queue.running() + service.queue.waiting() == 0;
@@ -112,10 +112,4 @@ async fn queue(State(app): State<App>, extensions: Extensions) -> Result<Respons
         seconds_ahead: if is_idle { 0 } else { service.queue.retry_after() },
     };
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(queued)).into_response())
-}
-
-/// The tenant of a request, which any key has.
-fn known(extensions: &Extensions) -> Result<Arc<Tenant>, Problem> {
-    let unknown = || Problem::new(Kind::Unauthorized, "this service asks for a key: send Authorization: Bearer rk_...");
-    extensions.get::<Arc<Tenant>>().map(Arc::clone).ok_or_else(unknown)
 }

@@ -50,7 +50,7 @@ type BoxFuture<T> = Pin<Box<dyn Future<Output = T> + Send>>;
 
 /// All routes for clients.
 pub(crate) fn all() -> Vec<Route> {
-    let rooms: [fn() -> Vec<Route>; 23] = [
+    let groups: [fn() -> Vec<Route>; 23] = [
         home::routes,
         render::routes,
         rays::routes,
@@ -75,7 +75,7 @@ pub(crate) fn all() -> Vec<Route> {
         studio::routes,
         problems::routes,
     ];
-    rooms.into_iter().flat_map(|routes| routes()).collect()
+    groups.into_iter().flat_map(|routes| routes()).collect()
 }
 
 /// The service for clients.

@@ -111,8 +111,8 @@ struct Rays<'a> {
 
 impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct SceneStore;
-        impl<'de> Visitor<'de> for SceneStore {
+        struct RaysVisitor;
+        impl<'de> Visitor<'de> for RaysVisitor {
             type Value = Rays<'de>;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("an array of rays")
@@ -132,7 +132,7 @@ impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
                 Ok(Rays { texts, count })
             }
         }
-        deserializer.deserialize_seq(SceneStore)
+        deserializer.deserialize_seq(RaysVisitor)
     }
 }
 

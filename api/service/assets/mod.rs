@@ -329,6 +329,7 @@ impl Known {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::service::hash::sha256;
 
     fn kept(assets: &Assets, tenant: &str, bytes: &[u8], named: &[&str]) -> Result<bool, Error> {
         let named = named.iter().map(|hash| (*hash).to_owned()).collect();

@@ -1,6 +1,6 @@
 //! Where assets lie: in a folder of this process, or in the store of a farm.
 
-use crate::service::error::unreachable;
+use crate::service::error::not_reachable;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::objects::{ObjectError, Objects};
 use std::io;
@@ -26,10 +26,6 @@ pub(crate) fn is_name(name: &str) -> bool {
     of_scene || (is_hash(hash) && tenant.len() <= 64 && tenant.bytes().all(plain))
 }
 
-fn failed(error: ObjectError) -> io::Error {
-    unreachable(error)
-}
-
 impl Shelf {
     /// A folder, and whether what is put there outlives a power cut.
     pub(super) fn folder(path: &Path, durable: bool) -> io::Result<Self> {
@@ -48,7 +44,7 @@ impl Shelf {
     pub(super) fn check(&self) -> io::Result<()> {
         match self {
             Self::Folder(_) => Ok(()),
-            Self::Store(objects, runtime) => runtime.block_on(objects.check()).map_err(failed),
+            Self::Store(objects, runtime) => runtime.block_on(objects.check()).map_err(not_reachable),
         }
     }
 
@@ -64,7 +60,9 @@ impl Shelf {
     pub(super) fn put(&self, hash: &str, bytes: &[u8]) -> io::Result<()> {
         match self {
             Self::Folder(blobs) => blobs.put(hash, b"", bytes),
-            Self::Store(objects, runtime) => runtime.block_on(objects.put(&blob(hash), bytes.to_vec())).map_err(failed),
+            Self::Store(objects, runtime) => {
+                runtime.block_on(objects.put(&blob(hash), bytes.to_vec())).map_err(not_reachable)
+            }
         }
     }
 
@@ -86,7 +84,7 @@ impl Shelf {
         match self {
             Self::Folder(blobs) => blobs.put(&format!("{hash}.{tenant}"), &written, b""),
             Self::Store(objects, runtime) => {
-                runtime.block_on(objects.put(&claim(hash, tenant), written)).map_err(failed)
+                runtime.block_on(objects.put(&claim(hash, tenant), written)).map_err(not_reachable)
             }
         }
     }
@@ -98,7 +96,9 @@ impl Shelf {
                 blobs.remove(&format!("{hash}.{tenant}"));
                 Ok(())
             }
-            Self::Store(objects, runtime) => runtime.block_on(objects.delete(&claim(hash, tenant))).map_err(failed),
+            Self::Store(objects, runtime) => {
+                runtime.block_on(objects.delete(&claim(hash, tenant))).map_err(not_reachable)
+            }
         }
     }
 
@@ -112,7 +112,7 @@ impl Shelf {
                 }
                 Ok(())
             }
-            Self::Store(objects, runtime) => runtime.block_on(remove_unclaimed(objects, hash)).map_err(failed),
+            Self::Store(objects, runtime) => runtime.block_on(remove_unclaimed(objects, hash)).map_err(not_reachable),
         }
     }
 

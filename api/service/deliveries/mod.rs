@@ -2,7 +2,7 @@
 //!
 //! What is to be delivered is in the records of jobs (`service/jobs/outbox.rs`), so that a process that ends loses none of it. A
 //! message is written down before it is first sent, and all its attempts send the same text under the same id: a receiver that has
-//! seen the id has seen the message. Each front of a farm has a courier; the one whose write of the record comes first makes the
+//! seen the id has seen the message. Each front of a farm has a delivery_worker; the one whose write of the record comes first makes the
 //! attempt.
 
 pub(crate) mod key;
@@ -10,7 +10,7 @@ pub(crate) mod receiver;
 pub(crate) mod signature;
 
 use super::concurrency_limit::ConcurrencyLimit;
-use super::jobs::outbox::{Delivery, DeliveryState, Parcel};
+use super::jobs::outbox::{Delivery, DeliveryKind, DeliveryState};
 use super::jobs::record::now;
 use super::jobs::{Job, Jobs};
 use super::limits::DeliverySettings;
@@ -42,7 +42,7 @@ const DIGITS: usize = 4;
 const LONGEST_WAIT: Duration = Duration::from_secs(3_600);
 
 /// What the messages say, and who signs them.
-pub(crate) trait Desk: Send + Sync {
+pub(crate) trait MessageWriter: Send + Sync {
     /// The message about a job that has ended, as JSON.
     fn message(&self, job: &Arc<Job>) -> String;
     /// The secret that a tenant shares with its receiver.
@@ -50,11 +50,11 @@ pub(crate) trait Desk: Send + Sync {
 }
 
 /// Delivers.
-pub(crate) struct Courier {
+pub(crate) struct DeliveryWorker {
     jobs: Arc<Jobs>,
     store: Option<Objects>,
     receivers: Receivers,
-    desk: Arc<dyn Desk>,
+    writer: Arc<dyn MessageWriter>,
     settings: DeliverySettings,
     places: ConcurrencyLimit<String>,
     /// Rings when a delivery has ended and leaves its place.
@@ -63,23 +63,26 @@ pub(crate) struct Courier {
     under_way: Mutex<HashSet<String>>,
 }
 
-impl fmt::Debug for Courier {
+impl fmt::Debug for DeliveryWorker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Courier").field("store", &self.store).field("settings", &self.settings).finish_non_exhaustive()
+        f.debug_struct("DeliveryWorker")
+            .field("store", &self.store)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
     }
 }
 
-impl Courier {
+impl DeliveryWorker {
     /// Delivers what these jobs leave behind.
     pub(crate) fn new(
         jobs: Arc<Jobs>,
         store: Option<Objects>,
         receivers: Receivers,
-        desk: Arc<dyn Desk>,
+        writer: Arc<dyn MessageWriter>,
         settings: DeliverySettings,
     ) -> Arc<Self> {
         let (places, free, under_way) = (ConcurrencyLimit::default(), Notify::new(), Mutex::default());
-        Arc::new(Self { jobs, store, receivers, desk, settings, places, free, under_way })
+        Arc::new(Self { jobs, store, receivers, writer, settings, places, free, under_way })
     }
 
     /// Works until it is dropped.
@@ -101,7 +104,7 @@ impl Courier {
         for job in self.jobs.outgoing() {
             let (id, tenant, due) = {
                 let record = job.record();
-                let Some((_, delivery)) = record.next_parcel() else { continue };
+                let Some((_, delivery)) = record.next_delivery() else { continue };
                 (record.id.clone(), record.tenant.clone(), delivery.next)
             };
             if due > now {
@@ -113,12 +116,12 @@ impl Courier {
             }
             let Some(place) = self.places.enter(tenant, self.settings.webhook_parallel) else { continue };
             self.under_way.lock().insert(id.clone());
-            let courier = Arc::clone(self);
+            let delivery_worker = Arc::clone(self);
             tokio::spawn(async move {
-                courier.deliver(&job).await;
-                courier.under_way.lock().remove(&id);
+                delivery_worker.deliver(&job).await;
+                delivery_worker.under_way.lock().remove(&id);
                 drop(place);
-                courier.free.notify_one();
+                delivery_worker.free.notify_one();
             });
         }
         next
@@ -126,20 +129,20 @@ impl Courier {
 
     /// One attempt, and what came of it on disk.
     async fn deliver(&self, job: &Arc<Job>) {
-        let Some(parcel) = job.record().next_parcel().map(|(parcel, _)| parcel) else { return };
-        if !self.begin(job, parcel).await {
+        let Some(kind) = job.record().next_delivery().map(|(kind, _)| kind) else { return };
+        if !self.begin(job, kind).await {
             return;
         }
         let (id, attempts) = {
             let mut record = job.record();
-            let attempts = record.outbox.delivery(parcel).map_or(0, |delivery| delivery.attempts);
+            let attempts = record.outbox.delivery(kind).map_or(0, |delivery| delivery.attempts);
             (record.id.clone(), attempts + 1)
         };
-        let done = match parcel {
-            Parcel::Picture => self.put_pictures(job).await,
-            Parcel::Message => self.send_message(job).await,
+        let done = match kind {
+            DeliveryKind::Picture => self.put_pictures(job).await,
+            DeliveryKind::Message => self.send_message(job).await,
         };
-        let what = if parcel == Parcel::Picture { "picture" } else { "message" };
+        let what = kind.name();
         let pause = pause(self.settings.webhook_retry, &id, attempts);
         let (state, error, wait) = match done {
             Ok(()) => (DeliveryState::Delivered, None, pause),
@@ -161,17 +164,17 @@ impl Courier {
             }
         };
         // The record is small; a thread for it would cost more than the wait for the disk.
-        while let Err(error) = block_in_place(|| self.jobs.end_attempt(job, parcel, change)) {
+        while let Err(error) = block_in_place(|| self.jobs.end_attempt(job, kind, change)) {
             tracing::error!(job = id, %error, "the state of a delivery cannot be written");
             sleep(BETWEEN_WRITES).await;
         }
     }
 
     /// Whether this process makes an attempt. Its message is written down then.
-    async fn begin(&self, job: &Arc<Job>, parcel: Parcel) -> bool {
+    async fn begin(&self, job: &Arc<Job>, kind: DeliveryKind) -> bool {
         let is_written = job.record().outbox.webhook.as_ref().is_some_and(|webhook| webhook.message.is_some());
-        let message = (parcel == Parcel::Message && !is_written).then(|| self.desk.message(job));
-        match block_in_place(|| self.jobs.begin_delivery(job, parcel, message.as_deref())) {
+        let message = (kind == DeliveryKind::Message && !is_written).then(|| self.writer.message(job));
+        match block_in_place(|| self.jobs.begin_delivery(job, kind, message.as_deref())) {
             Ok(begun) => begun,
             Err(error) => {
                 tracing::error!(job = job.record().id, %error, "the state of a delivery cannot be written");
@@ -186,7 +189,7 @@ impl Courier {
             let record = job.record();
             (record.id.clone(), record.tenant.clone(), record.outbox.webhook.clone().unwrap_or_default())
         };
-        let secret = self.desk.secret(&tenant).ok_or_else(|| {
+        let secret = self.writer.secret(&tenant).ok_or_else(|| {
             Refusal::Later("there is no secret any more to sign the message with".into(), Duration::ZERO)
         })?;
         let body = webhook.message.unwrap_or_default();

@@ -23,7 +23,7 @@ use self::records::Records;
 use self::results::Results;
 use self::settings::FarmSettings;
 use self::work::SceneSource;
-use crate::service::error::{StartError, unreachable};
+use crate::service::error::{StartError, not_reachable};
 use crate::service::storage::objects::Objects;
 use crate::service::storage::revisions::Refused;
 use async_nats::jetstream::stream::Stream;
@@ -107,8 +107,8 @@ impl Farm {
     pub(crate) fn share_scene(&self, scene: &SceneSource, text: &[u8]) -> io::Result<()> {
         self.runtime.block_on(async {
             let name = scene.blob();
-            if !self.objects.exists(&name).await.map_err(unreachable)? {
-                self.objects.put_if_absent(&name, text.to_vec()).await.map_err(unreachable)?;
+            if !self.objects.exists(&name).await.map_err(not_reachable)? {
+                self.objects.put_if_absent(&name, text.to_vec()).await.map_err(not_reachable)?;
             }
             Ok(())
         })

@@ -3,7 +3,7 @@
 
 use super::connection::{Broker, reasons};
 use super::names::REMOVED_AGE;
-use crate::service::error::unreachable;
+use crate::service::error::not_reachable;
 use crate::service::storage::revisions::Refused;
 use async_nats::jetstream::kv::{CreateErrorKind, Operation, Store, UpdateError, UpdateErrorKind};
 use futures_util::StreamExt;
@@ -74,7 +74,7 @@ impl Records {
 
     /// A value as it is now, and its revision.
     pub(crate) fn get(&self, key: &str) -> io::Result<Option<(Vec<u8>, u64)>> {
-        let found = self.wait(self.bucket.entry(key))?.map_err(|error| unreachable(reasons(&error)))?;
+        let found = self.wait(self.bucket.entry(key))?.map_err(|error| not_reachable(reasons(&error)))?;
         let there = found.filter(|entry| entry.operation == Operation::Put);
         Ok(there.map(|entry| (entry.value.to_vec(), entry.revision)))
     }
@@ -94,7 +94,7 @@ impl Records {
     }
 
     fn wait<T>(&self, work: impl Future<Output = T>) -> io::Result<T> {
-        let silent = || unreachable("the broker does not answer");
+        let silent = || not_reachable("the broker does not answer");
         self.runtime.block_on(async { timeout(ANSWER, work).await }).map_err(|_| silent())
     }
 
@@ -188,5 +188,5 @@ fn refused(error: UpdateError) -> Refused {
 }
 
 fn failed(error: &(dyn Error + 'static)) -> Refused {
-    Refused::Failed(unreachable(reasons(error)))
+    Refused::Failed(not_reachable(reasons(error)))
 }

@@ -6,7 +6,7 @@ use super::files::Files;
 use super::job::{Job, Stopped};
 use super::record::{Failure, Record};
 use super::rendering::Rendering;
-use crate::service::error::{is_full, is_temporary, unreachable};
+use crate::service::error::{is_full, is_temporary, not_reachable};
 use crate::service::farm::Farm;
 use crate::service::farm::coordinator::{self, Order};
 use crate::service::farm::names::Class;
@@ -140,7 +140,7 @@ impl Backend for Remote<'_> {
         let region = |number: u32| tiles.get(number as usize).map(|(region, _)| *region);
         let (owner, results) = (Owner::of(name), &self.farm.results);
         let mut after = 0;
-        let next = |after| self.farm.runtime.block_on(results.next(name, after)).map_err(unreachable);
+        let next = |after| self.farm.runtime.block_on(results.next(name, after)).map_err(not_reachable);
         let stopped = |error| job.why_stopped_or(disk(&error));
         while let Some((sequence, bytes)) = until_possible(job, || next(after)).map_err(stopped)? {
             after = sequence;

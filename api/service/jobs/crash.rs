@@ -1,7 +1,7 @@
 //! Crashes at every moment in the lives of jobs: whatever a kill or a power cut leaves on disk, the service starts, no job that
 //! was accepted is lost, and no picture is another one.
 
-use super::outbox::{DeliveryState, Parcel};
+use super::outbox::{DeliveryKind, DeliveryState};
 use super::record::{JobSpec, Record, State};
 use super::{DATA, Job, JobObserver, Jobs};
 use crate::service::error::{Error, StartError};
@@ -38,7 +38,7 @@ struct Nobody;
 
 impl JobObserver for Nobody {
     fn ended(&self, _: &Record, _: State) {}
-    fn attempted(&self, _: Parcel, _: DeliveryState) {}
+    fn attempted(&self, _: DeliveryKind, _: DeliveryState) {}
 }
 
 /// A service as far as jobs need one.

@@ -23,7 +23,7 @@ pub(crate) struct Event {
 }
 
 /// Where the events of jobs go besides those who watch them here.
-pub(super) trait Herald: fmt::Debug + Send + Sync {
+pub(super) trait EventPublisher: fmt::Debug + Send + Sync {
     /// Tells an event of a job.
     fn tell(&self, job: &str, event: &Event);
 }
@@ -34,7 +34,7 @@ pub(crate) struct Events {
     kept: Mutex<Kept>,
     last: watch::Sender<u64>,
     /// Who tells others of them, and by which id.
-    herald: Option<(Arc<dyn Herald>, String)>,
+    publisher: Option<(Arc<dyn EventPublisher>, String)>,
 }
 
 /// The number before the first event of a life.
@@ -52,19 +52,19 @@ struct Kept {
 
 impl Events {
     /// No events yet since the last restart.
-    pub(super) fn new(life: u64, herald: Option<(Arc<dyn Herald>, String)>) -> Self {
+    pub(super) fn new(life: u64, publisher: Option<(Arc<dyn EventPublisher>, String)>) -> Self {
         let before = before_life(life);
         let kept = Kept { events: VecDeque::new(), before, last: before };
-        Self { kept: Mutex::new(kept), last: watch::Sender::new(before), herald }
+        Self { kept: Mutex::new(kept), last: watch::Sender::new(before), publisher }
     }
 
     /// Publishes an event and returns its number.
     pub(super) fn publish(&self, name: &'static str, data: Value) -> u64 {
         let kept = self.kept();
         let event = Event { seq: kept.last + 1, name, data };
-        if let Some((herald, job)) = &self.herald {
+        if let Some((publisher, job)) = &self.publisher {
             // In the order of the numbers: under the lock.
-            herald.tell(job, &event);
+            publisher.tell(job, &event);
         }
         self.keep(kept, event)
     }
@@ -138,7 +138,7 @@ impl Events {
 
     /// Whether an event that was seen may have been published by another front, and not be heard of here yet.
     pub(crate) fn may_lack(&self, seq: u64) -> bool {
-        self.herald.is_some() && seq > self.last()
+        self.publisher.is_some() && seq > self.last()
     }
 
     /// Number of the last event.

@@ -1,10 +1,10 @@
 //! A job in memory: its record, progress and watchers.
 
-use super::askers::Askers;
-use super::event_log::{Events, Herald};
+use super::event_log::{EventPublisher, Events};
 use super::record::{Failure, Record, State, Stats};
 use super::rendering::{Rendering, tiles_of};
 use super::tile_order::REMEMBERED;
+use super::waiters::Waiters;
 use crate::service::error::Error;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
@@ -45,7 +45,7 @@ pub(crate) struct Job {
     pub(super) waits: AtomicBool,
     watchers: AtomicUsize,
     /// Requests that wait for it.
-    pub(crate) askers: Askers,
+    pub(crate) waiters: Waiters,
     /// When this process began to render it.
     pub(super) begun: Mutex<Option<Instant>>,
     /// Estimated milliseconds until it is done, as the front that renders it has said, and when.
@@ -98,10 +98,10 @@ pub(crate) struct Progress {
 
 impl Job {
     /// A job that this process has not started, at a revision of its record.
-    pub(super) fn new(record: Record, revision: u64, herald: Option<Arc<dyn Herald>>) -> Self {
+    pub(super) fn new(record: Record, revision: u64, publisher: Option<Arc<dyn EventPublisher>>) -> Self {
         let total = tiles_of(&record) * record.frames.map_or(1, |frames| frames.count as usize);
         let age = Duration::from_millis(super::record::now().saturating_sub(record.created));
-        let events = Events::new(record.lives, herald.map(|herald| (herald, record.id.clone())));
+        let events = Events::new(record.lives, publisher.map(|publisher| (publisher, record.id.clone())));
         Self {
             events,
             stored: AtomicU64::new(revision),
@@ -118,7 +118,7 @@ impl Job {
             forgotten: AtomicBool::new(false),
             waits: AtomicBool::new(false),
             watchers: AtomicUsize::new(0),
-            askers: Askers::default(),
+            waiters: Waiters::default(),
             begun: Mutex::default(),
             eta: Mutex::default(),
             left: Mutex::new(record.state.is_final().then(Instant::now)),
@@ -215,7 +215,7 @@ impl Job {
         self.events.forget();
     }
 
-    /// The work that is done, in tiles of as many rays as all have on average: dear tiles often come first. Counts finished tiles
+    /// The work that is done, in tiles of as many rays as all have on average: expensive tiles often come first. Counts finished tiles
     /// where the number of rays was not estimated.
     pub(super) fn work_done(&self) -> f64 {
         let estimate = self.record().estimate_rays;

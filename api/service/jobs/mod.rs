@@ -3,7 +3,6 @@
 //! The folder holds `jobs.redb` (records), `scenes/` (texts by their hash), `pictures/` (with their cost reports, and small ones
 //! beside them; jobs share both) and `tiles/` (finished tiles of the jobs that are rendered).
 
-mod askers;
 mod backend;
 mod canvas;
 mod checkpoint;
@@ -35,6 +34,7 @@ mod submission;
 mod tile_order;
 mod transitions;
 mod upgrade;
+mod waiters;
 
 pub(crate) use canvas::PREVIEW_SIDE;
 pub(crate) use event_log::Event;
@@ -49,10 +49,10 @@ use crate::service::limits::JobLimits;
 use crate::service::scenes::cache::SceneCache;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
-use event_log::Herald;
+use event_log::EventPublisher;
 use files::Files;
 use job::{Stopped, locked};
-use outbox::{DeliveryState, Parcel};
+use outbox::{DeliveryKind, DeliveryState};
 use record::{Record, State};
 use records::Records;
 use registry::Registry;
@@ -76,7 +76,7 @@ pub(crate) trait JobObserver: Send + Sync {
     /// A job has ended in a final state.
     fn ended(&self, record: &Record, state: State);
     /// An attempt to deliver something has ended: pending if there will be another.
-    fn attempted(&self, parcel: Parcel, state: DeliveryState);
+    fn attempted(&self, kind: DeliveryKind, state: DeliveryState);
 }
 
 /// All jobs.
@@ -199,8 +199,8 @@ impl Jobs {
     }
 
     /// Who tells other fronts of events.
-    fn herald(&self) -> Option<Arc<dyn Herald>> {
-        self.shared.as_ref().map(|shared| Arc::<Shared>::clone(shared) as Arc<dyn Herald>)
+    fn publisher(&self) -> Option<Arc<dyn EventPublisher>> {
+        self.shared.as_ref().map(|shared| Arc::<Shared>::clone(shared) as Arc<dyn EventPublisher>)
     }
 
     /// Stops a job. False if it had already ended.

@@ -66,11 +66,21 @@ pub(crate) enum DeliveryState {
 
 /// The two deliveries of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Parcel {
+pub(crate) enum DeliveryKind {
     /// Of its picture.
     Picture,
     /// Of the message.
     Message,
+}
+
+impl DeliveryKind {
+    /// What is delivered, in a word.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Picture => "picture",
+            Self::Message => "message",
+        }
+    }
 }
 
 impl Delivery {
@@ -91,21 +101,22 @@ impl Delivery {
 
 impl Outbox {
     /// One of the two, if the job has it.
-    pub(crate) fn delivery(&mut self, parcel: Parcel) -> Option<&mut Delivery> {
-        match parcel {
-            Parcel::Picture => self.store.as_mut(),
-            Parcel::Message => self.webhook.as_mut(),
+    pub(crate) fn delivery(&mut self, kind: DeliveryKind) -> Option<&mut Delivery> {
+        match kind {
+            DeliveryKind::Picture => self.store.as_mut(),
+            DeliveryKind::Message => self.webhook.as_mut(),
         }
     }
 }
 
 impl Record {
     /// What is delivered next, if anything is: the message after the picture, as it says where that is.
-    pub(crate) fn next_parcel(&self) -> Option<(Parcel, &Delivery)> {
+    pub(crate) fn next_delivery(&self) -> Option<(DeliveryKind, &Delivery)> {
         let Outbox { store, webhook } = &self.outbox;
         let has_picture = matches!(self.state, State::Succeeded | State::Expired);
-        let picture = store.as_ref().filter(|_| has_picture).map(|delivery| (Parcel::Picture, delivery));
-        let message = webhook.as_ref().filter(|_| self.state.is_final()).map(|delivery| (Parcel::Message, delivery));
+        let picture = store.as_ref().filter(|_| has_picture).map(|delivery| (DeliveryKind::Picture, delivery));
+        let message =
+            webhook.as_ref().filter(|_| self.state.is_final()).map(|delivery| (DeliveryKind::Message, delivery));
         [picture, message].into_iter().flatten().find(|(_, delivery)| delivery.is_pending())
     }
 }
@@ -114,7 +125,8 @@ impl Jobs {
     /// Jobs that have ended and have something to deliver, which no other front is about.
     pub(crate) fn outgoing(&self) -> Vec<Arc<Job>> {
         let registry = locked(&self.registry);
-        let is_free = |job: &&Arc<Job>| job.record().next_parcel().is_some_and(|(_, delivery)| self.is_free(delivery));
+        let is_free =
+            |job: &&Arc<Job>| job.record().next_delivery().is_some_and(|(_, delivery)| self.is_free(delivery));
         registry.outgoing.iter().filter_map(|id| registry.jobs.get(id)).filter(is_free).map(Arc::clone).collect()
     }
 
@@ -125,17 +137,17 @@ impl Jobs {
 
     /// Makes this process the one that makes an attempt that is due, and writes its message down. False if another one does, or
     /// has done so.
-    pub(crate) fn begin_delivery(&self, job: &Arc<Job>, parcel: Parcel, message: Option<&str>) -> io::Result<bool> {
+    pub(crate) fn begin_delivery(&self, job: &Arc<Job>, kind: DeliveryKind, message: Option<&str>) -> io::Result<bool> {
         let front = self.records.front();
         if front.is_none() && message.is_none() {
             return Ok(true);
         }
         self.change(job, |record| {
             let is_due = |delivery: &Delivery| delivery.next <= now() && self.is_free(delivery);
-            if record.next_parcel().is_none_or(|(next, delivery)| next != parcel || !is_due(delivery)) {
+            if record.next_delivery().is_none_or(|(next, delivery)| next != kind || !is_due(delivery)) {
                 return false;
             }
-            let Some(delivery) = record.outbox.delivery(parcel) else { return false };
+            let Some(delivery) = record.outbox.delivery(kind) else { return false };
             delivery.front = front.map(str::to_owned);
             // Another front may have sent it before.
             delivery.message = delivery.message.take().or_else(|| message.map(str::to_owned));
@@ -145,18 +157,23 @@ impl Jobs {
 
     /// Changes the state of a delivery after an attempt, which is written down when this returns. What another front is about,
     /// since it has not heard of this one for long, is left to it.
-    pub(crate) fn end_attempt(&self, job: &Arc<Job>, parcel: Parcel, change: impl Fn(&mut Delivery)) -> io::Result<()> {
+    pub(crate) fn end_attempt(
+        &self,
+        job: &Arc<Job>,
+        kind: DeliveryKind,
+        change: impl Fn(&mut Delivery),
+    ) -> io::Result<()> {
         let changed = self.change(job, |record| {
             let is_mine =
                 |delivery: &&mut Delivery| delivery.is_pending() && delivery.front.as_deref() == self.records.front();
-            let Some(delivery) = record.outbox.delivery(parcel).filter(is_mine) else { return false };
+            let Some(delivery) = record.outbox.delivery(kind).filter(is_mine) else { return false };
             delivery.front = None;
             change(delivery);
             true
         });
         if changed? {
-            let state = job.record().outbox.delivery(parcel).map_or(DeliveryState::Dead, |delivery| delivery.state);
-            self.observer.attempted(parcel, state);
+            let state = job.record().outbox.delivery(kind).map_or(DeliveryState::Dead, |delivery| delivery.state);
+            self.observer.attempted(kind, state);
         }
         Ok(())
     }

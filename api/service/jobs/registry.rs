@@ -81,7 +81,7 @@ impl Registry {
         }
         self.line_up(job, &record);
         self.jobs.insert(record.id.clone(), Arc::clone(job));
-        self.look_for_parcels(&record);
+        self.look_for_deliveries(&record);
         self.changes.send_modify(|changes| *changes += 1);
     }
 
@@ -113,7 +113,7 @@ impl Registry {
             self.elsewhere.retain(|other| !Arc::ptr_eq(other, job));
             self.line_up(job, &record);
         }
-        self.look_for_parcels(&record);
+        self.look_for_deliveries(&record);
         if record.forgotten && !before.forgotten {
             if before.state.is_final() {
                 job.rest();
@@ -124,8 +124,8 @@ impl Registry {
     }
 
     /// Keeps the list of jobs with something to deliver as their records are.
-    fn look_for_parcels(&mut self, record: &Record) {
-        if record.next_parcel().is_some() && self.jobs.contains_key(&record.id) {
+    fn look_for_deliveries(&mut self, record: &Record) {
+        if record.next_delivery().is_some() && self.jobs.contains_key(&record.id) {
             self.outgoing.insert(record.id.clone());
         } else {
             self.outgoing.remove(&record.id);

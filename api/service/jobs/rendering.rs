@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 use super::files::frame_name;
 use super::job::locked;
 use super::record::Record;
-use super::tile_order::{TileOrder, meet};
+use super::tile_order::{TileOrder, overlap};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use strahl::film::{Film, Region};
@@ -35,7 +35,7 @@ impl Rendering {
 
     /// A region, if all of it is finished.
     pub(super) fn finished_part(&self, region: Region) -> Option<Film> {
-        let is_done = |(tile, done): &(Region, AtomicBool)| !meet(*tile, region) || done.load(Ordering::Acquire);
+        let is_done = |(tile, done): &(Region, AtomicBool)| !overlap(*tile, region) || done.load(Ordering::Acquire);
         let canvas = locked(&self.canvas);
         canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
     }

@@ -160,7 +160,7 @@ impl Jobs {
         };
         let state = known.as_ref().map(of);
         let job = known.unwrap_or_else(|| {
-            locked(&self.registry).find_or_add(record.clone(), revision, self.herald(), &self.files)
+            locked(&self.registry).find_or_add(record.clone(), revision, self.publisher(), &self.files)
         });
         let is_other = state != Some((record.state, record.front.clone()));
         self.adopt(&job, record, revision);

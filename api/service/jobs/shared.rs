@@ -1,6 +1,6 @@
 //! Records and events of jobs that the fronts of a farm share, at its broker.
 
-use super::event_log::{Event, Herald};
+use super::event_log::{Event, EventPublisher};
 use super::job::Job;
 use super::record::Record;
 use super::records::Records;
@@ -141,7 +141,7 @@ fn place(tenant: &str, key: &str) -> String {
     names::idempotency(tenant, &sha256(key.as_bytes()))
 }
 
-impl Herald for Shared {
+impl EventPublisher for Shared {
     fn tell(&self, job: &str, event: &Event) {
         self.events.tell(job, event.seq, event.name, &event.data);
     }

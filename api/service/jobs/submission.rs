@@ -2,7 +2,7 @@
 
 use super::Jobs;
 use super::disk_shares::{DiskShares, Kinds};
-use super::event_log::Herald;
+use super::event_log::EventPublisher;
 use super::files::Files;
 use super::job::{Job, locked};
 use super::record::{Idempotency, Record, State, Stats};
@@ -163,7 +163,7 @@ impl Jobs {
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
         let mut registry = locked(&self.registry);
-        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.herald(), files));
+        let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.publisher(), files));
         let before = registry.submitting.remove(&record.id).flatten();
         // The job itself has been counted.
         registry.release_scene(&record, files);
@@ -257,14 +257,14 @@ impl Registry {
         &mut self,
         record: Record,
         revision: u64,
-        herald: Option<Arc<dyn Herald>>,
+        publisher: Option<Arc<dyn EventPublisher>>,
         files: &Files,
     ) -> Arc<Job> {
         if let Some(job) = self.jobs.get(&record.id).or_else(|| self.leaving.get(&record.id)) {
             return Arc::clone(job);
         }
         files.learn(&record);
-        let job = Arc::new(Job::new(record, revision, herald));
+        let job = Arc::new(Job::new(record, revision, publisher));
         self.add(&job);
         job
     }

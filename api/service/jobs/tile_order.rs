@@ -38,7 +38,7 @@ impl TileOrder {
 
     /// Whether a client waits for a tile that has not been started.
     pub(super) fn is_looked_at(&self) -> bool {
-        self.looks.iter().any(|look| self.left.iter().any(|number| meet(self.regions[*number], *look)))
+        self.looks.iter().any(|look| self.left.iter().any(|number| overlap(self.regions[*number], *look)))
     }
 
     /// Pixels of the tiles that are left.
@@ -55,7 +55,7 @@ impl TileOrder {
 
     fn looked_at(&mut self) -> Option<usize> {
         while let Some(look) = self.looks.last().copied() {
-            let seen = |number: &usize| meet(self.regions[*number], look);
+            let seen = |number: &usize| overlap(self.regions[*number], look);
             let nearest = (0..self.left.len())
                 .filter(|at| seen(&self.left[*at]))
                 .min_by_key(|at| distance(self.regions[self.left[*at]], look));
@@ -69,9 +69,9 @@ impl TileOrder {
 }
 
 /// Whether two regions overlap.
-pub(super) fn meet(a: Region, b: Region) -> bool {
-    let overlap = |a: u32, a_length: u32, b: u32, b_length: u32| a < b + b_length && b < a + a_length;
-    overlap(a.x, a.width, b.x, b.width) && overlap(a.y, a.height, b.y, b.height)
+pub(super) fn overlap(a: Region, b: Region) -> bool {
+    let sides = |a: u32, a_length: u32, b: u32, b_length: u32| a < b + b_length && b < a + a_length;
+    sides(a.x, a.width, b.x, b.width) && sides(a.y, a.height, b.y, b.height)
 }
 
 /// Squared distance of the centres, in quarters of pixels.

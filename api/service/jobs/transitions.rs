@@ -69,7 +69,7 @@ impl Jobs {
             *locked(&job.left) = Some(Instant::now());
         }
         job.events.ring();
-        if record.next_parcel().is_some() {
+        if record.next_delivery().is_some() {
             self.bell.notify_one();
         }
     }

@@ -239,10 +239,10 @@ impl Service {
             return Ok((file, None, cached));
         }
         // Tiles are many and small, so they contain no note. Their headers say the same.
-        let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.asked), ..spec.shot(&ready.scene, zoom)? };
+        let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.queued), ..spec.shot(&ready.scene, zoom)? };
         self.settings.answers.check(shot.region, ready.scene.samples)?;
         // Nobody sets it twice.
-        let _ = work.dear.set(what_is_dear(&ready.scene, shot.region));
+        let _ = work.expensive.set(what_is_expensive(&ready.scene, shot.region));
         // The passes have a third of its pixels together.
         let each = (render::PIXEL_BYTES + shot.layers.pixel_bytes()) * if show.is_some() { 2 } else { 1 };
         let mut share = self.room_for_picture(&ready, shot.region.pixels(), each)?;
@@ -286,8 +286,8 @@ impl Service {
     }
 }
 
-/// What makes a picture dear, for a client whose time is over.
-fn what_is_dear(scene: &Scene, region: Region) -> String {
+/// What makes a picture expensive, for a client whose time is over.
+fn what_is_expensive(scene: &Scene, region: Region) -> String {
     let Region { width, height, .. } = region;
     let samples = match scene.samples {
         1 if scene.antialias => format!("1 sample for each, up to {REFINED_SAMPLES} at edges"),

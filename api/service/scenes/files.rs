@@ -4,7 +4,7 @@ use super::ids::BodiesDigest;
 use super::prepared::PreparedScene;
 use super::texture_folder::TextureFolder;
 use crate::service::assets::{Assets, in_store, is_in_store};
-use crate::service::error::{Error, unreachable};
+use crate::service::error::{Error, not_reachable};
 use crate::service::storage::lru_cache::LruCache;
 use crate::service::storage::objects::Objects;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ impl AssetSource {
             Self::None => Ok(()),
             Self::Tenants(assets) => assets.check_store(),
             Self::Store(objects, runtime) => {
-                let checked = runtime.block_on(objects.check()).map_err(unreachable);
+                let checked = runtime.block_on(objects.check()).map_err(not_reachable);
                 checked.map_err(|error| Error::io("assets cannot be looked for", &error))
             }
         };

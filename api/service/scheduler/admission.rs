@@ -43,12 +43,12 @@ pub(crate) struct Work {
     pub(crate) workers: Workers,
     /// Tells the work to stop.
     pub(crate) control: Control,
-    /// When it was asked for.
-    pub(crate) asked: Instant,
+    /// When it was queued.
+    pub(crate) queued: Instant,
     /// When it began.
     pub(crate) started: Instant,
-    /// What makes it dear, once that is known, in words for a client whose request takes too long.
-    pub(crate) dear: Arc<OnceLock<String>>,
+    /// What makes it expensive, once that is known, in words for a client whose request takes too long.
+    pub(crate) expensive: Arc<OnceLock<String>>,
 }
 
 /// What a request has made.
@@ -102,8 +102,8 @@ impl Queue {
         let queue_ms = milliseconds(queued);
 
         let running = Running::new(place, &self.running);
-        let (watched, dear) = (control.clone(), Arc::new(OnceLock::new()));
-        let context = Work { workers, control, asked: queued, started: Instant::now(), dear: Arc::clone(&dear) };
+        let (watched, expensive) = (control.clone(), Arc::new(OnceLock::new()));
+        let context = Work { workers, control, queued, started: Instant::now(), expensive: Arc::clone(&expensive) };
         let canceled = Arc::clone(&self.canceled);
         let work = tokio::task::spawn_blocking(move || {
             let entered = context.control.enter();
@@ -134,8 +134,8 @@ impl Queue {
                 if watched.rays() > 0 {
                     detail.push_str(&format!(", when {} rays were traced", watched.rays()));
                 }
-                if let Some(dear) = dear.get() {
-                    detail.push_str(&format!("; {dear}"));
+                if let Some(expensive) = expensive.get() {
+                    detail.push_str(&format!("; {expensive}"));
                 }
                 Err(Error::Deadline(detail))
             }

@@ -4,7 +4,7 @@
 use super::blob_store::{Blob, Prefix};
 use super::blobs::Blobs;
 use super::objects::{ObjectError, Objects};
-use crate::service::error::unreachable;
+use crate::service::error::not_reachable;
 use parking_lot::Mutex;
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
@@ -47,7 +47,7 @@ impl SharedBlobs {
     fn read(&self, path: &str, most: u64) -> io::Result<Option<Vec<u8>>> {
         self.runtime.block_on(self.objects.get(path, most)).or_else(|error| {
             tracing::warn!(path, %error, "a blob cannot be read");
-            if matches!(error, ObjectError::Store(_)) { Err(unreachable(error)) } else { Ok(None) }
+            if matches!(error, ObjectError::Store(_)) { Err(not_reachable(error)) } else { Ok(None) }
         })
     }
 
@@ -95,7 +95,7 @@ impl Blobs for SharedBlobs {
             }
             Ok(())
         };
-        put_both().map_err(unreachable)?;
+        put_both().map_err(not_reachable)?;
         self.learn(name, body.len() as u64);
         Ok(())
     }

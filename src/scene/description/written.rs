@@ -80,6 +80,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_pattern_says_what_is_read() {
+        let validator = jsonschema::validator_for(&serde_json::json!({ "pattern": Accuracy::PATTERN })).unwrap();
+        for text in
+            "fixed proved proved:0 proved:2 time:1 time:999999.5 time:1000000 time:3600000 rays:1 rays:999999999999999 \
+            rays:8999999999999999 statistical:0.25 statistical:0.3 statistical:1 statistical:63.9 statistical:64 \
+            statistical:1,0.5 statistical:2.5,0.95 statistical:1,0.99 statistical:1,0.998 statistical:1,0.999"
+                .split_whitespace()
+        {
+            assert!(text.parse::<Accuracy>().is_ok() && validator.is_valid(&text.into()), "{text}");
+        }
+        for text in
+            "fixed:1 proved:3 time:0 time:3600001 time:4000000 rays:0 rays:1.5 rays:9999999999999999 statistical \
+            statistical:0.2 statistical:64.5 statistical:65 statistical:1,0.4 statistical:1,0.9991 statistical:1,1 best"
+                .split_whitespace()
+        {
+            assert!(text.parse::<Accuracy>().is_err() && !validator.is_valid(&text.into()), "{text}");
+        }
+    }
+
+    #[test]
     fn every_mode_is_read_within_its_range() {
         for (text, accuracy) in [
             ("fixed", Accuracy::Fixed(Fixed {})),

@@ -4,15 +4,15 @@ use super::ID;
 use crate::http::extract::named_job::{NamedJob, find, may_see};
 use crate::http::prelude::*;
 use crate::http::problem::ProblemSummary;
+use crate::http::respond::event_stream::{HEARTBEAT, event_stream};
 use crate::http::respond::events::streamed_event;
 use crate::service::concurrency_limit::Permit;
 use crate::service::jobs::record::{Record, State as JobState};
 use crate::service::jobs::{Event, Job, Watcher, end_of};
 use axum::Extension;
 use axum::body::Body;
-use axum::http::HeaderName;
 use axum::http::request::Parts;
-use axum::response::sse::{self, KeepAlive, Sse};
+use axum::response::sse::{self};
 use futures_util::stream;
 use serde_json::json;
 use std::collections::{HashSet, VecDeque};
@@ -23,8 +23,6 @@ use std::task::Poll;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
-/// Silence after which a comment is sent, which shows that the stream is alive.
-const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Time after which the key of who reads a stream is looked at again.
 const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 /// Time after which a browser connects again when the stream has ended.
@@ -175,8 +173,7 @@ fn answer(reader: Reader, jobs: Vec<Watched>, all: Option<All>) -> Result<Respon
     let watching = Watching { reader, draining, _permit: permit, jobs, all, news: VecDeque::new(), ended: false };
     let retry = stream::once(async { Ok::<_, Infallible>(sse::Event::default().retry(RETRY)) });
     let events = stream::StreamExt::chain(retry, stream::unfold(watching, Watching::step));
-    let headers = [(header::CACHE_CONTROL, "no-store"), (HeaderName::from_static("x-accel-buffering"), "no")];
-    Ok((headers, Sse::new(events).keep_alive(KeepAlive::new().interval(HEARTBEAT))).into_response())
+    Ok(event_stream(events))
 }
 
 /// The numbers of the last event of each job in an event's id.
@@ -227,7 +224,7 @@ impl Watching {
             }
             if self.ring().await? {
                 self.ended = true;
-                let data = json!({ "reason": "draining", "retry_ms": 5_000 });
+                let data = json!({ "reason": "draining", "retry_ms": RETRY.as_millis() });
                 let sent = sse::Event::default().event("shutdown").data(data.to_string());
                 return Some((Ok(sent), self));
             }

@@ -16,9 +16,9 @@ use crate::http::respond::elsewhere::{Question, packed, unknown};
 const ID: &str = "The job's id.";
 
 pub(super) fn routes() -> Vec<Route> {
-    let rooms =
+    let groups =
         [submit::routes, status::routes, change::routes, look::routes, frames::routes, preview::routes, events::routes];
-    rooms.into_iter().flat_map(|routes: fn() -> Vec<Route>| routes()).collect()
+    groups.into_iter().flat_map(|routes: fn() -> Vec<Route>| routes()).collect()
 }
 
 /// The answer to another front, about a job that this one works on.

@@ -40,7 +40,7 @@ use tokio::task::JoinSet;
 use uuid::Uuid;
 
 /// Threads for the broker. They mostly wait.
-const TALKERS: usize = 2;
+const IO_THREADS: usize = 2;
 /// Time until it is asked again whether there are queues.
 const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 /// Time for pieces that were stopped to be given back.
@@ -86,7 +86,7 @@ struct Counts {
 /// Renders until SIGTERM or Ctrl-C.
 pub(crate) fn run(settings: &NodeSettings, farm: &FarmSettings) -> Result<(), StartError> {
     let machine = |error: io::Error| StartError::Machine(format!("the node cannot start: {error}"));
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(TALKERS).enable_all().build();
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(IO_THREADS).enable_all().build();
     let runtime = runtime.map_err(machine)?;
     let result = runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate()).map_err(machine)?;

@@ -4,7 +4,7 @@ use parking_lot::Mutex;
 
 /// The requests.
 #[derive(Debug, Default)]
-pub(crate) struct Askers(Mutex<State>);
+pub(crate) struct Waiters(Mutex<State>);
 
 #[derive(Debug, Default)]
 struct State {
@@ -14,7 +14,7 @@ struct State {
     left: bool,
 }
 
-impl Askers {
+impl Waiters {
     /// The job was made for a request that has not told its client of it.
     pub(crate) fn hide(&self) {
         self.0.lock().hidden = true;
@@ -47,20 +47,20 @@ mod tests {
 
     #[test]
     fn the_last_request_leaves_a_hidden_job_alone() {
-        let askers = Askers::default();
+        let waiters = Waiters::default();
         // The second one joins before the first has hidden the job.
-        assert!(askers.join());
-        askers.hide();
-        assert!(askers.join() && !askers.leave() && askers.leave());
-        assert!(!askers.join(), "it ends");
+        assert!(waiters.join());
+        waiters.hide();
+        assert!(waiters.join() && !waiters.leave() && waiters.leave());
+        assert!(!waiters.join(), "it ends");
     }
 
     #[test]
     fn a_job_that_a_client_was_told_of_stays() {
-        let askers = Askers::default();
-        askers.hide();
-        assert!(askers.join() && askers.join());
-        askers.tell();
-        assert!(!askers.leave() && !askers.leave() && askers.join());
+        let waiters = Waiters::default();
+        waiters.hide();
+        assert!(waiters.join() && waiters.join());
+        waiters.tell();
+        assert!(!waiters.leave() && !waiters.leave() && waiters.join());
     }
 }
