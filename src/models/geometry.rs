@@ -33,19 +33,14 @@ impl Geometry {
     /// Unit normals in the place of those that are none; how many were. They are the means of their faces, weighted by area.
     pub(super) fn mend_normals(&mut self) -> usize {
         let Some(normals) = &mut self.normals else { return 0 };
-        // The square of a length of 1e154 is no number any more.
-        let is_direction = |normal: &[f64; 3]| {
-            let squared = DVec3::from_array(*normal).length_squared();
-            squared > 1e-12 && squared.is_finite()
-        };
-        let broken = normals.iter().filter(|normal| !is_direction(normal)).count();
+        let broken = normals.iter().filter(|normal| !is_direction(**normal)).count();
         if broken > 0 {
             let mut means = vec![DVec3::ZERO; normals.len()];
             for triangle in &self.triangles {
                 let [a, b, c] = triangle.map(|i| DVec3::from_array(self.positions[i as usize]));
                 triangle.iter().for_each(|&i| means[i as usize] += (b - a).cross(c - a));
             }
-            for (normal, mean) in normals.iter_mut().zip(means).filter(|(normal, _)| !is_direction(normal)) {
+            for (normal, mean) in normals.iter_mut().zip(means).filter(|(normal, _)| !is_direction(**normal)) {
                 *normal = mean.try_normalize().unwrap_or(DVec3::Y).to_array();
             }
         }
@@ -84,8 +79,16 @@ impl Geometry {
         self.colors.iter_mut().for_each(|list| keep(list, &places));
     }
 
-    /// The same with all points moved by a matrix each.
+    /// The same with all points moved by a matrix each. Triangles that are mirrored are turned around, so that their fronts stay
+    /// outside.
     pub(crate) fn moved(mut self, matrix: impl Fn(usize) -> DMat4) -> Self {
+        let mirrors = |i: usize| DMat3::from_mat4(matrix(i)).determinant() < 0.0;
+        for [a, b, c] in &mut self.triangles {
+            let mirrored = [*a, *b, *c].into_iter().filter(|corner| mirrors(*corner as usize)).count();
+            if mirrored >= 2 {
+                std::mem::swap(b, c);
+            }
+        }
         for (i, position) in self.positions.iter_mut().enumerate() {
             *position = matrix(i).transform_point3(DVec3::from_array(*position)).to_array();
         }
@@ -104,11 +107,17 @@ impl Geometry {
             let [x, y, z, w] = *tangent;
             let turned = matrix(i).transform_vector3(DVec3::new(x, y, z)).try_normalize().unwrap_or(DVec3::X);
             // A mirror image has the other hand.
-            let side = if DMat3::from_mat4(matrix(i)).determinant() < 0.0 { -1.0 } else { 1.0 };
+            let side = if mirrors(i) { -1.0 } else { 1.0 };
             *tangent = [turned.x, turned.y, turned.z, side * w];
         }
         self
     }
+}
+
+/// Whether a normal is one, once it has a length of 1. The square of a length of 1e154 is no number any more.
+pub(super) fn is_direction(normal: [f64; 3]) -> bool {
+    let squared = DVec3::from_array(normal).length_squared();
+    squared > 1e-12 && squared.is_finite()
 }
 
 /// Keeps the elements that have a place.

@@ -64,6 +64,8 @@ pub struct Picture {
 /// A camera.
 #[derive(Debug, Clone)]
 pub struct ModelCamera {
+    /// Its number in the file.
+    pub number: usize,
     /// Its name.
     pub name: Option<String>,
     /// From the camera, which looks along -z with +y up, to the model.

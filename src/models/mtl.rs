@@ -3,7 +3,7 @@
 use super::Parts;
 use super::budget::{Budget, LINES, worked};
 use super::fault::{Fault, Kind, Subject, warn};
-use super::material::{Alpha, Channel, ModelMaterial, Texture};
+use super::material::{Alpha, Channel, Clearcoat, ModelMaterial, Texture};
 use super::model::{Model, Picture};
 use super::mtl_map::Map;
 use super::parts::{Uri, uri};
@@ -53,7 +53,7 @@ impl Library {
                 break;
             }
         }
-        phong.finish(self.materials.last_mut());
+        phong.finish(self.materials.last_mut(), model);
         Ok(())
     }
 
@@ -68,7 +68,7 @@ impl Library {
     ) -> Result<(), Fault> {
         let key = word.text.to_ascii_lowercase();
         if key == b"newmtl" {
-            std::mem::take(phong).finish(self.materials.last_mut());
+            std::mem::take(phong).finish(self.materials.last_mut(), model);
             if self.materials.len() >= MATERIALS {
                 let detail = format!("there are more than {MATERIALS} materials");
                 return Err(Fault::new("", Kind::Limit, detail).at(text.place()));
@@ -91,10 +91,14 @@ impl Library {
         };
         let material = &mut self.materials[last];
         match key.as_slice() {
-            b"kd" => material.base_color.factor = color(text)?,
-            b"ks" => phong.specular = Some(color(text)?),
+            b"kd" => {
+                if let Some(color) = color(text, model)? {
+                    (phong.has_diffuse, material.base_color.factor) = (true, color);
+                }
+            }
+            b"ks" => phong.specular = color(text, model)?.or(phong.specular),
             b"ns" => phong.exponent = Some(text.number()?),
-            b"ke" => material.emissive.factor = color(text)?,
+            b"ke" => material.emissive.factor = color(text, model)?.unwrap_or_default(),
             b"ni" => material.ior = text.number()?.clamp(1.0, 100.0),
             b"d" => {
                 let first = text.expected("a number")?;
@@ -110,10 +114,20 @@ impl Library {
                     material.opacity = opacity;
                 }
             }
-            b"tf" => phong.filter = Some(color(text)?),
-            b"illum" => phong.model = text.number()? as i64,
+            b"tf" => phong.filter = color(text, model)?.or(phong.filter),
+            b"illum" => phong.model = Some(text.number()? as i64),
             b"pr" => phong.roughness = Some(text.number()?.clamp(0.0, 1.0)),
-            b"pm" => material.metallic.factor = text.number()?.clamp(0.0, 1.0),
+            b"pm" => phong.metallic = Some(text.number()?.clamp(0.0, 1.0)),
+            b"pc" => phong.coat = Some(text.number()?.clamp(0.0, 1.0)),
+            b"pcr" => phong.coat_roughness = text.number()?.clamp(0.0, 1.0),
+            b"ps" if text.number()? > 0.0 => {
+                warn(&mut model.warnings, Subject::NotSimulated, "sheen", String::new(), "sheen is left out");
+            }
+            b"aniso" if text.number()? != 0.0 => {
+                let detail = "roughness is the same in all directions";
+                warn(&mut model.warnings, Subject::NotSimulated, "anisotropy", String::new(), detail);
+            }
+
             b"map_kd" => material.base_color.texture = texture,
             b"map_ke" => {
                 material.emissive.texture = texture;
@@ -129,8 +143,13 @@ impl Library {
                 warn(&mut model.warnings, Subject::NotSimulated, "bump", String::new(), detail);
             }
             b"map_d" if texture.is_some() => {
-                let detail = "pictures of opacity are left out: an alpha channel of map_Kd is not";
-                warn(&mut model.warnings, Subject::NotSimulated, "opacity-map", String::new(), detail);
+                phong.opacity_map = texture.map(|texture| texture.picture);
+            }
+            b"map_ks" | b"map_ns" | b"map_tr" | b"map_opacity" | b"map_ps" | b"map_pc" | b"map_pcr" | b"map_aniso"
+            | b"disp" | b"map_disp" | b"decal" | b"refl" | b"map_refl" => {
+                let detail =
+                    "pictures of other keys of MTL than map_Kd, map_d, map_Ke, map_Pr, map_Pm and norm are left out";
+                warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), detail);
             }
             _ => {}
         }
@@ -147,6 +166,10 @@ impl Library {
         budget: &Budget,
     ) -> Result<Option<Texture>, Fault> {
         let map = Map::of(line);
+        if map.is_changed {
+            let detail = "the options -mm and -imfchan of pictures are left out";
+            warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), detail);
+        }
         let transform = map.transform();
         if let Some(detail) = transform.and_then(|transform| transform.fault()) {
             return Err(word.fault(Kind::OutOfRange, detail));
@@ -199,11 +222,18 @@ fn skip_picture(model: &mut Model, name: &str, why: &str) {
     warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), &detail);
 }
 
-fn color(text: &mut Text<'_>) -> Result<[f64; 3], Fault> {
-    let red = text.number()?.max(0.0);
+/// A color; none if it is written in a way that is left out.
+fn color(text: &mut Text<'_>, model: &mut Model) -> Result<Option<[f64; 3]>, Fault> {
+    let first = text.expected("a number")?;
+    if matches!(first.text, b"spectral" | b"xyz") {
+        let detail = "colors by a spectrum or by XYZ are left out";
+        warn(&mut model.warnings, Subject::Skipped, "materials", String::new(), detail);
+        return Ok(None);
+    }
+    let red = first.number()?.max(0.0);
     // One number is grey.
-    let Some(green) = text.word() else { return Ok([red; 3]) };
-    Ok([red, green.number()?.max(0.0), text.number()?.max(0.0)])
+    let Some(green) = text.word() else { return Ok(Some([red; 3])) };
+    Ok(Some([red, green.number()?.max(0.0), text.number()?.max(0.0)]))
 }
 
 /// What of Phong's model becomes something else.
@@ -212,33 +242,64 @@ struct Phong {
     specular: Option<[f64; 3]>,
     exponent: Option<f64>,
     roughness: Option<f64>,
+    metallic: Option<f64>,
+    coat: Option<f64>,
+    coat_roughness: f64,
     filter: Option<[f64; 3]>,
-    model: i64,
+    /// The picture of `map_d`.
+    opacity_map: Option<usize>,
+    /// The illumination model.
+    model: Option<i64>,
+    /// Whether the material has a `Kd`.
+    has_diffuse: bool,
     /// Whether the material has a `d`.
     has_dissolve: bool,
 }
 
 impl Phong {
-    fn finish(self, material: Option<&mut ModelMaterial>) {
+    fn finish(self, material: Option<&mut ModelMaterial>, model: &mut Model) {
         let Some(material) = material else { return };
-        let has_highlight = self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
+        // A picture that stands alone is the value.
+        let alone = |texture: Option<Texture>, none: f64| if texture.is_some() { 1.0 } else { none };
+        if !self.has_diffuse && material.base_color.texture.is_some() {
+            material.base_color.factor = [1.0; 3];
+        }
+        let metallic = self.metallic.unwrap_or_else(|| alone(material.metallic.texture, 0.0));
+        material.metallic = Channel { factor: metallic, ..material.metallic };
+        let is_pbr = self.roughness.or(self.metallic).is_some()
+            || material.roughness.texture.or(material.metallic.texture).is_some();
+        // Models 0 and 1 are diffuse.
+        let is_diffuse = matches!(self.model, Some(0 | 1)) && !is_pbr;
+        let has_highlight = !is_diffuse && self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
         // m = 2 / alpha^2 - 2, and alpha is the square of the roughness.
         let of_exponent = |exponent: f64| (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
-        let roughness = self.roughness.or(self.exponent.map(of_exponent)).unwrap_or(0.5);
+        let roughness =
+            self.roughness.or(self.exponent.map(of_exponent)).unwrap_or_else(|| alone(material.roughness.texture, 0.5));
         material.roughness = Channel { factor: roughness, ..material.roughness };
+        if let Some(coat) = self.coat.filter(|coat| *coat > 0.0) {
+            let (factor, roughness) = (Channel::of(coat), Channel::of(self.coat_roughness));
+            material.clearcoat = Some(Clearcoat { factor, roughness, normal: None });
+        }
         if !has_highlight {
             material.specular = Channel::of(0.0);
         }
         // Glass: illumination models 4, 6, 7 and 9 trace what is seen through it.
-        let is_glass = matches!(self.model, 4 | 6 | 7 | 9) && material.opacity < 1.0;
+        let is_glass = matches!(self.model, Some(4 | 6 | 7 | 9)) && material.opacity < 1.0;
         if is_glass {
             let tint = self.filter.unwrap_or([1.0; 3]);
-            material.base_color = Channel::of(tint);
+            material.base_color.factor = tint;
             material.transmission = Channel::of(1.0 - material.opacity);
             material.has_volume = true;
             material.opacity = 1.0;
         }
-        if material.opacity < 1.0 {
+        // As a rule the picture of opacity is that of the color, which has an alpha channel.
+        let is_own = |picture: usize| material.base_color.texture.is_some_and(|texture| texture.picture == picture);
+        let has_alpha = self.opacity_map.is_some_and(is_own);
+        if self.opacity_map.is_some() && !has_alpha {
+            let detail = "pictures of opacity are left out, but for that of map_Kd, whose alpha channel counts";
+            warn(&mut model.warnings, Subject::NotSimulated, "opacity-map", String::new(), detail);
+        }
+        if (material.opacity < 1.0 || has_alpha) && !is_glass {
             material.alpha = Alpha::Blend;
         }
     }
@@ -306,6 +367,45 @@ mod tests {
             assert_eq!(refused(options), Some((Kind::OutOfRange, Place::Line(2, 2), true)), "{options}");
         }
         assert_eq!(refused("-s 1e14 1e14 -o -1e14"), None);
+    }
+
+    #[test]
+    fn pictures_that_stand_alone_are_the_values() {
+        let wood = "textures/my wood.png";
+        let (alone, _) = read(&format!("newmtl a\nmap_Kd {wood}\nmap_Pr {wood}\nmap_Pm {wood}\nmap_Ke {wood}\n"));
+        let ModelMaterial { base_color, roughness, metallic, emissive, .. } = &alone[0];
+        assert_eq!((base_color.factor, roughness.factor, metallic.factor, emissive.factor), ([1.0; 3], 1.0, 1.0, [1.0; 3]));
+        let (with, _) = read(&format!("newmtl a\nmap_Kd {wood}\nKd 0.5 0.5 0.5\nmap_Pr {wood}\nPr 0.2\nmap_Pm {wood}\nPm 0.3\n"));
+        let ModelMaterial { base_color, roughness, metallic, .. } = &with[0];
+        assert_eq!((base_color.factor, roughness.factor, metallic.factor), ([0.5; 3], 0.2, 0.3));
+        let (none, _) = read("newmtl a\n");
+        assert_eq!((none[0].base_color.factor, none[0].roughness.factor, none[0].metallic.factor), ([0.8; 3], 0.5, 0.0));
+    }
+
+    #[test]
+    fn keys_are_read_or_named() {
+        let what = |lines: &str| -> Vec<&str> {
+            read(&format!("newmtl a\n{lines}\n")).1.warnings.iter().map(|warning| warning.what).collect()
+        };
+        for (lines, expected) in [
+            ("Ka 1 1 1\nKm 0.1\nPs 0\naniso 0\nmap_Ka textures/my wood.png", &[][..]),
+            ("Ps 0.5", &["sheen"]),
+            ("aniso 0.5", &["anisotropy"]),
+            ("map_Ks textures/my wood.png", &["textures"]),
+            ("map_Kd -imfchan r textures/my wood.png", &["textures"]),
+            ("Kd spectral a.rfl 1", &["materials"]),
+            ("map_d textures/my wood.png", &["opacity-map"]),
+            ("map_d textures/my wood.png\nmap_Kd textures/my wood.png", &[]),
+        ] {
+            assert_eq!(what(lines), expected, "{lines}");
+        }
+        let (coated, _) = read("newmtl a\nPc 0.7\nPcr 0.2\n");
+        let coat = coated[0].clearcoat.unwrap();
+        assert_eq!((coat.factor.factor, coat.roughness.factor), (0.7, 0.2));
+        let of = |lines: &str| read(&format!("newmtl a\n{lines}\n")).0.remove(0);
+        assert_eq!((of("illum 1").specular.factor, of("illum 2").specular.factor), (0.0, 1.0));
+        assert_eq!(of("illum 1\nPr 0.2").specular.factor, 1.0);
+        assert_eq!(of("map_d textures/my wood.png\nmap_Kd textures/my wood.png").alpha, Alpha::Blend);
     }
 
     #[test]

@@ -14,12 +14,15 @@ pub(super) struct Map<'a> {
     offset: [f64; 2],
     /// Beyond the edges.
     pub(super) wrap: Wrap,
+    /// Whether options change the values of the picture, or name one of its channels.
+    pub(super) is_changed: bool,
 }
 
 impl<'a> Map<'a> {
     /// Reads what stands behind the key.
     pub(super) fn of(line: &'a str) -> Self {
-        let mut map = Self { name: line.trim(), scale: [1.0; 2], offset: [0.0; 2], wrap: Wrap::Repeat };
+        let mut map =
+            Self { name: line.trim(), scale: [1.0; 2], offset: [0.0; 2], wrap: Wrap::Repeat, is_changed: false };
         while map.name.starts_with('-') {
             let (option, rest) = word(map.name);
             let rest = match option.to_ascii_lowercase().as_str() {
@@ -32,10 +35,15 @@ impl<'a> Map<'a> {
                     map.wrap = if is_on.eq_ignore_ascii_case("on") { Wrap::Clamp } else { Wrap::Repeat };
                     rest
                 }
-                "-mm" => word(word(rest).1).1,
-                "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-colorspace" | "-imfchan" | "-texres" | "-type" => {
+                "-mm" => {
+                    map.is_changed = true;
+                    word(word(rest).1).1
+                }
+                "-imfchan" => {
+                    map.is_changed = true;
                     word(rest).1
                 }
+                "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-colorspace" | "-texres" | "-type" => word(rest).1,
                 // How many words an unknown option has is unknown.
                 _ => rest.rsplit(char::is_whitespace).next().unwrap_or_default(),
             };

@@ -2,8 +2,8 @@
 
 use super::Parts;
 use super::budget::{Budget, LINES, worked};
+use super::crease::{NOT_SMOOTH, Part, complete_normals};
 use super::fault::{Fault, Faults, Kind, Subject, warn, warn_of_gaps};
-use super::geometry::Geometry;
 use super::material::ModelMaterial;
 use super::model::{Model, Placement};
 use super::mtl;
@@ -65,7 +65,7 @@ type Corner = (u32, Option<u32>, Option<u32>);
 /// Faces of one material.
 #[derive(Default)]
 struct Group {
-    geometry: Geometry,
+    part: Part,
     normals: Vec<[f64; 3]>,
     uvs: Vec<[f64; 2]>,
     colors: Vec<[f64; 4]>,
@@ -88,7 +88,8 @@ struct Reader {
     materials: mtl::Library,
     /// Names of files of materials so far.
     libraries: HashSet<String>,
-    is_flat: bool,
+    /// The smoothing group of faces from here on; none as long as the file says nothing of it.
+    smoothing: Option<u32>,
     model: Model,
     budget: Budget,
     polygons: PolygonCutter,
@@ -121,7 +122,9 @@ impl Reader {
             b"f" => self.face(word, text)?,
             b"usemtl" => {
                 let name = text.name();
-                self.material = self.materials.find(&name);
+                // Names may have "#", and comments may stand behind them.
+                let plain = || name.split_once(" #").map(|(name, _)| name.trim_end());
+                self.material = self.materials.find(&name).or_else(|| self.materials.find(plain()?));
                 if self.material.is_none() {
                     let detail = "a material that no MTL file describes is grey";
                     warn(&mut self.model.warnings, Subject::Assumed, "materials", String::new(), detail);
@@ -134,8 +137,11 @@ impl Reader {
             b"curv" | b"curv2" | b"surf" | b"cstype" => {
                 self.skip("curves", "free-form curves and surfaces are left out")
             }
-            // No group of faces that are smooth together.
-            b"s" => self.is_flat = text.word().is_some_and(|word| matches!(word.text, b"off" | b"0")),
+            b"s" => {
+                let group = text.word().filter(|word| word.text != b"off");
+                let number = group.map(|word| std::str::from_utf8(word.text).ok()?.parse().ok());
+                self.smoothing = Some(number.map_or(NOT_SMOOTH, |number| number.unwrap_or(1)));
+            }
             b"o" | b"g" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
             | b"sp" | b"end" | b"con" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"maplib" | b"usemap"
             | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
@@ -183,7 +189,7 @@ impl Reader {
             self.is_new_library(&line)?;
             return self.materials_of(&line, &bytes, parts);
         }
-        for name in libraries(&line) {
+        for name in libraries(&line).take_while(|name| !name.starts_with('#')) {
             worked(1)?;
             if !self.is_new_library(name)? {
                 continue;
@@ -242,7 +248,9 @@ impl Reader {
         let indices: Vec<u32> = corners.iter().map(|corner| self.index(group, *corner)).collect();
         let faces = triangles.into_iter().map(|triangle| triangle.map(|i| indices[i as usize]));
         let faces = faces.filter(|[a, b, c]| a != b && b != c && c != a);
-        self.groups[group].geometry.triangles.extend(faces);
+        let part = &mut self.groups[group].part;
+        part.geometry.triangles.extend(faces);
+        part.groups.resize(part.geometry.triangles.len(), self.smoothing.unwrap_or(u32::MAX));
         self.corners = corners;
         Ok(())
     }
@@ -275,7 +283,8 @@ impl Reader {
     fn index(&mut self, group: usize, corner: Corner) -> u32 {
         let (points, all_uvs, all_normals, all_colors) = (&self.points, &self.uvs, &self.normals, &self.colors);
         let group = &mut self.groups[group];
-        let Group { geometry, normals, uvs, colors, has_normals, has_uvs, known } = group;
+        let Group { part, normals, uvs, colors, has_normals, has_uvs, known } = group;
+        let geometry = &mut part.geometry;
         *known.entry(corner).or_insert_with(|| {
             let (point, uv, normal) = corner;
             geometry.positions.push(points[point as usize]);
@@ -292,32 +301,35 @@ impl Reader {
     }
 
     fn into_model(self) -> Result<Model, Fault> {
-        let (mut model, is_flat) = (self.model, self.is_flat);
+        let mut model = self.model;
         model.materials = self.materials.materials;
         let mut grey = None;
         let mut groups: Vec<_> = self.of_material.into_iter().collect();
         // In the order in which they were first used.
         groups.sort_by_key(|(_, group)| *group);
-        let mut built = self.groups;
+        let has_colors = !self.colors.is_empty();
+        let mut parts = Vec::new();
+        for mut group in self.groups {
+            let geometry = &mut group.part.geometry;
+            geometry.normals = group.has_normals.then_some(group.normals);
+            geometry.uvs[0] = group.has_uvs.then_some(group.uvs);
+            geometry.colors = (group.colors.len() == geometry.positions.len()).then_some(group.colors);
+            geometry.drop_unused();
+            parts.push(group.part);
+        }
+        if complete_normals(&mut parts)? {
+            let detail = "faces without normals that meet at less than 40 degrees are one smooth surface";
+            warn(&mut model.warnings, Subject::Assumed, "normals", String::new(), detail);
+        }
         for (material, group) in groups {
-            let Group { mut geometry, normals, uvs, colors, has_normals, has_uvs, .. } =
-                std::mem::take(&mut built[group]);
+            let geometry = std::mem::take(&mut parts[group].geometry);
             if geometry.triangles.is_empty() {
                 continue;
             }
-            geometry.normals = has_normals.then_some(normals);
-            geometry.uvs[0] = has_uvs.then_some(uvs);
-            geometry.colors = (colors.len() == geometry.positions.len()).then_some(colors);
-            geometry.drop_unused();
-            if has_normals || is_flat {
-                geometry.mend_normals();
-            } else if geometry.smooth()? {
-                let detail = "the file has no normals: faces that meet at less than 40 degrees are one smooth surface";
-                warn(&mut model.warnings, Subject::Assumed, "normals", String::new(), detail);
-            }
             let material = material.unwrap_or_else(|| {
                 *grey.get_or_insert_with(|| {
-                    model.materials.push(ModelMaterial::plain(0.8));
+                    // Colors of points are the surface's own.
+                    model.materials.push(ModelMaterial::plain(if has_colors { 1.0 } else { 0.8 }));
                     model.materials.len() - 1
                 })
             });
@@ -381,6 +393,65 @@ mod tests {
         let Faults(faults) = read((many + triangle).as_bytes(), &part).unwrap_err();
         assert!(faults.len() == 1 && faults[0].kind == Kind::Limit, "{faults:?}");
         assert!(asked.get() < 3_000, "{} files were asked for", asked.get());
+    }
+
+    /// Normals of each triangle's corners; none where its part has none.
+    fn normals(model: &Model) -> Vec<Option<Vec<[f64; 3]>>> {
+        let of = |geometry: &super::super::geometry::Geometry| {
+            geometry.triangles.iter().map(|triangle| {
+                let normals = geometry.normals.as_ref()?;
+                Some(triangle.iter().map(|i| normals[*i as usize]).collect())
+            })
+        };
+        model.geometries.iter().flat_map(of).collect()
+    }
+
+    /// Two faces that meet at 30 degrees.
+    const BENT: &str = "v -1 0 0\nv 0 0 1\nv 0 0 0\nv 0.866 0.5 0\n";
+
+    #[test]
+    fn smoothing_holds_for_the_faces_behind_its_statement() {
+        let leans = |faces: &str| {
+            let model = read_with(&format!("{BENT}{faces}"), &[]);
+            let of = |normals: &Option<Vec<[f64; 3]>>| {
+                normals.as_ref().is_some_and(|normals| normals.windows(2).any(|pair| pair[0] != pair[1]))
+            };
+            normals(&model).iter().map(of).collect::<Vec<_>>()
+        };
+        for (faces, expected) in [
+            ("f 1 2 3\nf 3 2 4\n", [true, true]),
+            ("s 1\nf 1 2 3\nf 3 2 4\ns off\n", [true, true]),
+            ("s on\nf 1 2 3\nf 3 2 4\n", [true, true]),
+            ("s off\nf 1 2 3\nf 3 2 4\ns 1\n", [false, false]),
+            ("s 1\nf 1 2 3\ns 0\nf 3 2 4\n", [false, false]),
+            ("s 1\nf 1 2 3\ns 2\nf 3 2 4\n", [false, false]),
+            ("usemtl a\nf 1 2 3\nusemtl b\nf 3 2 4\n", [true, true]),
+        ] {
+            assert_eq!(leans(faces), expected, "{faces}");
+        }
+    }
+
+    /// A normal of one face is none of another.
+    #[test]
+    fn faces_without_normals_are_as_if_no_other_had_any() {
+        let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 4 3 2 1\nf 1 2 5\nf 1 5 4\n";
+        let alone = normals(&read_with(cube, &[]));
+        assert!(alone.iter().all(Option::is_none), "its edges are sharp");
+        let beside = normals(&read_with(&format!("{cube}v 5 0 0\nv 6 0 0\nv 5 1 0\nvn 0 0.6 0.8\nf 6//1 7//1 8//1\n"), &[]));
+        let (given, flat) = beside.split_last().unwrap();
+        assert_eq!(given.as_ref().unwrap(), &vec![[0.0, 0.6, 0.8]; 3]);
+        for (triangle, normals) in flat.iter().enumerate() {
+            let normals = normals.as_ref().unwrap();
+            assert!(normals.iter().all(|normal| *normal == normals[0]), "{triangle}: {normals:?}");
+        }
+    }
+
+    #[test]
+    fn comments_may_stand_behind_names() {
+        let files = [("a.mtl", "newmtl one\nKd 0.1 0 0\nnewmtl two #2\nKd 0.2 0 0")];
+        let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl one # the first\nf 1 2 3\nusemtl two #2\nf 1 2 3\n";
+        let model = read_with(&format!("mtllib a.mtl # all\n{faces}"), &files);
+        assert_eq!((reds(&model), model.warnings.len()), (vec![0.1, 0.2], 0), "{:?}", model.warnings);
     }
 
     #[test]

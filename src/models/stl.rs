@@ -21,7 +21,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
     // Binary files may begin with "solid" as those of text do: their length tells, else a byte that no text has. The highest one of
     // the count is 0 up to 16 million triangles.
     match count(bytes) {
-        Some(count) if bytes.len() == HEADER + count * TRIANGLE => binary(&bytes[HEADER..], &mut corners)?,
+        Some(count) if bytes.len() == HEADER + count * TRIANGLE => {
+            corners.is_colored = bytes[..HEADER].windows(6).any(|word| word == b"COLOR=");
+            binary(&bytes[HEADER..], &mut corners)?;
+        }
         Some(count) if !begins_as_text(bytes) || bytes[..HEADER].contains(&0) => {
             let (needed, given) = (HEADER + count * TRIANGLE, bytes.len());
             let why = if given < needed { "it is cut off" } else { "more is behind them" };
@@ -53,6 +56,7 @@ fn binary(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
             let at = 12 + 4 * at;
             f64::from(f32::from_le_bytes([triangle[at], triangle[at + 1], triangle[at + 2], triangle[at + 3]]))
         };
+        corners.is_colored |= triangle[TRIANGLE - 1] & 0x80 != 0;
         let points = [0, 1, 2].map(|corner| [0, 1, 2].map(|c| number(3 * corner + c)));
         if points.as_flattened().iter().any(|number| !number.is_finite()) {
             let place = Place::Offset((HEADER + i * TRIANGLE) as u64);
@@ -127,6 +131,8 @@ pub(super) struct Corners {
     budget: Budget,
     /// Those that were added, also degenerate ones, which leave corners behind.
     count: usize,
+    /// Whether the file has colors in one of two ways that programs know: a word in the title, or bits behind each triangle.
+    is_colored: bool,
 }
 
 impl Corners {
@@ -155,6 +161,10 @@ impl Corners {
     fn into_model(self, up: Up) -> Model {
         let mut model = Model { up, materials: vec![ModelMaterial::plain(0.8)], ..Model::default() };
         if !self.geometry.triangles.is_empty() {
+            if self.is_colored {
+                let detail = "colors of facets are left out: STL has no standard for them";
+                warn(&mut model.warnings, Subject::Skipped, "colors", String::new(), detail);
+            }
             let detail = "the file does not say which axis is up, and in STL it is mostly z: up=y turns it";
             warn(&mut model.warnings, Subject::Assumed, "up-z", String::new(), detail);
             model.geometries.push(self.geometry);

@@ -74,12 +74,17 @@ pub fn recognise(bytes: &[u8]) -> Recognised {
     }
 }
 
+/// Whether bytes are compressed with gzip (RFC 1952).
+pub fn is_gzip(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x1f, 0x8b])
+}
+
 /// The format of a file by its first bytes alone: glTF in JSON is JSON.
 pub fn recognise_start(bytes: &[u8]) -> Recognised {
     if bytes.starts_with(b"glTF") {
         return Recognised::Glb;
     }
-    if bytes.starts_with(&[0x1f, 0x8b]) {
+    if is_gzip(bytes) {
         return Recognised::Nff;
     }
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {

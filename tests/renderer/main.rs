@@ -28,6 +28,7 @@ mod models {
     mod materials;
     mod pictures;
     mod refusals;
+    mod rigs;
     mod scenes;
     mod shared_meshes;
     mod sizes;

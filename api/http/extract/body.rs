@@ -13,7 +13,7 @@ use http_body_util::BodyExt;
 use std::io::{self, Write};
 use std::time::Duration;
 use strahl::scene::Format;
-use strahl::scene::recognise::{Recognised, recognise_start};
+use strahl::scene::recognise::{Recognised, is_gzip, recognise_start};
 use tokio::time::timeout;
 
 /// Compressed bytes that are decompressed at a time.
@@ -48,8 +48,7 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
         Some(format) => Ok(format),
         None if recognised == Recognised::Json => Ok(Format::Json),
         None if recognised == Recognised::Nff => {
-            let is_gzip = body.starts_with(&[0x1f, 0x8b]);
-            let what = if is_gzip {
+            let what = if is_gzip(body) {
                 "this is compressed: JSON needs Content-Encoding: gzip, and Neutral File Format its Content-Type"
             } else {
                 "this looks like Neutral File Format, which needs its Content-Type"

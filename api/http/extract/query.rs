@@ -185,9 +185,8 @@ impl Query {
 
     /// A number of pixels that must be given.
     fn pixels(&mut self, name: &'static str, about: &'static str, least: u32) -> u32 {
-        if let Some(all) = &mut self.described {
-            let values = Values::Whole(u64::from(least), MAX_PIXELS, None);
-            all.push(Parameter { name, about, required: true, values });
+        if self.described.is_some() {
+            self.note(name, about, true, Values::Whole(u64::from(least), MAX_PIXELS, None));
             return 0;
         }
         if !self.given.iter().any(|(given, _)| given == name) {

@@ -107,7 +107,7 @@ struct Node {
     /// Whether it renders the same pixels as this front. Only then it gets work of this front.
     same_renderer: bool,
     /// How it is.
-    state: Condition,
+    state: NodeState,
     /// Why it is so.
     reason: Option<String>,
     /// Pieces it renders at one time.
@@ -122,18 +122,6 @@ struct Node {
     tiles: u64,
     /// Pieces that failed.
     failures: u64,
-}
-
-/// How a node is.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum Condition {
-    /// It takes work.
-    Ready,
-    /// It finishes what it has, and ends.
-    Draining,
-    /// It takes no work.
-    Excluded,
 }
 
 async fn farm(State(app): State<App>, extensions: Extensions) -> Result<Response, Problem> {
@@ -175,11 +163,7 @@ fn each(nodes: Vec<NodeRecord>) -> Vec<Node> {
     let now = unix_time().as_millis() as u64;
     let node = |node: NodeRecord| Node {
         same_renderer: node.kid == renderer(),
-        state: match node.state {
-            NodeState::Ready => Condition::Ready,
-            NodeState::Draining => Condition::Draining,
-            NodeState::Excluded => Condition::Excluded,
-        },
+        state: node.state,
         started_s: now.saturating_sub(node.started) / 1_000,
         id: node.id,
         name: node.name,

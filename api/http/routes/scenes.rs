@@ -1,5 +1,6 @@
 //! `/v1/scenes`: scenes that are stored by their ids, so that their pictures have URLs.
 
+use strahl::scene::recognise::is_gzip;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -151,7 +152,7 @@ async fn source(
         Format::Stl => "model/stl",
         Format::Ply => "model/ply",
         Format::Parts => "multipart/form-data",
-        Format::Nff if text.starts_with(&[0x1f, 0x8b]) => "application/gzip",
+        Format::Nff if is_gzip(&text) => "application/gzip",
         Format::Nff => "text/x-nff",
     };
     // The first line of parts is their boundary.

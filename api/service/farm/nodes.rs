@@ -6,6 +6,7 @@ use crate::service::scenes::ids::renderer;
 use async_nats::jetstream::kv::{Operation, Store};
 use futures_util::StreamExt;
 use parking_lot::Mutex;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -52,7 +53,7 @@ pub(crate) struct NodeRecord {
 }
 
 /// How a node is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum NodeState {
     /// It takes work.

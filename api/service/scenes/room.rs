@@ -1,5 +1,6 @@
 //! The memory of a scene while it is read and built: taken before each step, as large as the step may need at most.
 
+use strahl::scene::recognise::is_gzip;
 use super::files::SceneFiles;
 use super::prepared::PreparedScene;
 use crate::service::error::Error;
@@ -38,7 +39,7 @@ impl<'a> Room<'a> {
 
     /// The text of a compressed file. Of one that is broken or too long the reader says so: there is none.
     pub(super) fn unpacked(&self, text: &[u8], format: Format) -> Result<Option<Vec<u8>>, Error> {
-        if format != Format::Nff || !text.starts_with(&[0x1f, 0x8b]) {
+        if format != Format::Nff || !is_gzip(text) {
             return Ok(None);
         }
         let (mut from, mut unpacked) = (MultiGzDecoder::new(text), Vec::new());

@@ -30,7 +30,11 @@ pub(super) fn pose(
         let target = channel.target.node.map(|node| &mut locals[node]);
         let path = channel.target.path.as_str();
         let (Some(local), "translation" | "rotation" | "scale" | "weights") = (target, path) else {
-            let detail = "an animation of other things than nodes is left at rest";
+            // Without a node and without an extension that says what it moves, a channel is to be ignored.
+            if channel.target.node.is_none() && path != "pointer" {
+                continue;
+            }
+            let detail = "an animation by pointer is left at rest";
             warn(warnings, Subject::NotSimulated, "animation-pointer", pointer, detail);
             continue;
         };

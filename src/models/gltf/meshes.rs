@@ -4,6 +4,7 @@ use super::super::fault::{Fault, Kind};
 use super::super::geometry::Geometry;
 use super::buffers::Buffers;
 use super::json::{Document, Primitive};
+use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// The points of a primitive with all that belongs to them, and with morph targets by their weights.
@@ -25,7 +26,9 @@ pub(super) fn points(
     let mut geometry = Geometry {
         positions: buffers.elements::<3>(document, positions, &["VEC3"]).map_err(under)?,
         normals: list("NORMAL").map(|it| buffers.elements::<3>(document, it, &["VEC3"])).transpose().map_err(under)?,
+        // Without normals they are to be ignored (section 3.7.2.1).
         tangents: list("TANGENT")
+            .filter(|_| list("NORMAL").is_some())
             .map(|it| buffers.elements::<4>(document, it, &["VEC4"]))
             .transpose()
             .map_err(under)?,
@@ -44,6 +47,13 @@ pub(super) fn points(
         }
         if let (Some(tangents), Some(shifts)) = (&mut geometry.tangents, shift("TANGENT")?) {
             add(tangents, &shifts, weight);
+        }
+    }
+    if !primitive.targets.is_empty() {
+        for tangent in geometry.tangents.iter_mut().flatten() {
+            let [x, y, z, side] = *tangent;
+            let [x, y, z] = DVec3::new(x, y, z).try_normalize().unwrap_or(DVec3::X).to_array();
+            *tangent = [x, y, z, side];
         }
     }
     Ok(geometry)

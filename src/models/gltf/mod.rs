@@ -99,6 +99,9 @@ impl Ingredients {
     }
 }
 
+/// Largest number in the matrix of a node: squares of what it moves are finite.
+const FARTHEST: f64 = 1e100;
+
 /// A name that each node which has a camera or a mesh repeats.
 fn kept(name: &str) -> String {
     shortened(name, NAME_BYTES)
@@ -163,6 +166,10 @@ impl Builder<'_> {
 
     fn node(&mut self, index: usize, local: &Local, worlds: &[DMat4]) -> Result<(), Fault> {
         let node = &self.document.nodes[index];
+        if !worlds[index].to_cols_array().iter().all(|number| number.abs() <= FARTHEST) {
+            let detail = format!("with the nodes above, the node is moved or scaled by more than {FARTHEST:e}");
+            return Err(Fault::new(format!("/nodes/{index}"), Kind::OutOfRange, detail));
+        }
         if let Some(camera) = node.camera {
             self.camera(camera, worlds[index]);
         }
@@ -176,7 +183,14 @@ impl Builder<'_> {
         };
         let transforms = match &node.extensions.instancing {
             // Skinned vertices are where their joints are, whatever their node says.
-            _ if joints.is_some() => vec![DMat4::IDENTITY],
+            instancing if joints.is_some() => {
+                if instancing.is_some() {
+                    let pointer = format!("/nodes/{index}/extensions/EXT_mesh_gpu_instancing");
+                    let detail = "instances of what follows joints are left out, but for one";
+                    warn(&mut self.model.warnings, Subject::Skipped, "instances", pointer, detail);
+                }
+                vec![DMat4::IDENTITY]
+            }
             Some(_) => self.instances(index, worlds[index])?,
             None => vec![worlds[index]],
         };
@@ -235,6 +249,12 @@ impl Builder<'_> {
             let pointer = format!("{pointer}/mode");
             warn(&mut self.model.warnings, Subject::Skipped, what, pointer, "they have no surface and are left out");
             return Ok(());
+        }
+        let moves = |name: &String| name.starts_with("COLOR_") || name.starts_with("TEXCOORD_");
+        if primitive.targets.iter().zip(weights).any(|(target, weight)| *weight != 0.0 && target.keys().any(moves)) {
+            let (pointer, detail) =
+                (format!("{pointer}/targets"), "morph targets of colors and texture coordinates are left out");
+            warn(&mut self.model.warnings, Subject::Skipped, "morph-targets", pointer, detail);
         }
         let geometry = match joints {
             Some(joints) => {
@@ -342,7 +362,8 @@ impl Builder<'_> {
             (None, None) => return,
         };
         let aspect = aspect.filter(|aspect| *aspect > 0.0 && aspect.is_finite());
-        self.model.cameras.push(ModelCamera { name: camera.name.as_deref().map(kept), placed, projection, aspect });
+        let name = camera.name.as_deref().map(kept);
+        self.model.cameras.push(ModelCamera { number: index, name, placed, projection, aspect });
     }
 
     fn lamp(&mut self, index: usize, placed: DMat4) {

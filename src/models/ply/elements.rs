@@ -3,7 +3,7 @@
 use super::super::budget::{Budget, worked};
 use super::super::fault::{Fault, Kind, Place, Subject, warn, warn_of_gaps};
 use super::super::geometry::Geometry;
-use super::super::material::ModelMaterial;
+use super::super::material::{Alpha, ModelMaterial};
 use super::super::model::{Model, Placement};
 use super::super::polygon::{MOST_CORNERS, PolygonCutter, too_many_corners};
 use super::header::{Element, Property};
@@ -47,6 +47,9 @@ pub(super) struct Reader {
     has_vertices: bool,
     /// Some numbers were NaN or infinite.
     has_gaps: bool,
+    /// Faces have colors, or texture coordinates of their own.
+    face_colors: bool,
+    face_uvs: bool,
     budget: Budget,
     polygons: PolygonCutter,
 }
@@ -127,6 +130,9 @@ impl Reader {
             let detail = "vertices come before faces";
             return Err(Fault::new("", Kind::Invalid, detail).at(element.place));
         }
+        let has = |names: &[&[u8]]| element.properties.iter().any(|property| names.contains(&property.name.as_slice()));
+        self.face_colors |= has(&[b"red", b"green", b"blue"]);
+        self.face_uvs |= has(&[b"texcoord"]);
         let mut corners = Vec::new();
         for i in 0..element.count {
             pause(i)?;
@@ -196,11 +202,25 @@ impl Reader {
         if self.has_gaps {
             warn_of_gaps(&mut model.warnings);
         }
+        for (is_there, what, detail) in [
+            (self.face_colors, "colors", "colors of faces are left out: those of vertices are not"),
+            (self.face_uvs, "textures", "texture coordinates of faces are left out: those of vertices are not"),
+        ] {
+            if is_there {
+                warn(&mut model.warnings, Subject::Skipped, what, String::new(), detail);
+            }
+        }
         self.geometry.drop_unused();
         self.geometry.mend_normals();
         // Colors of vertices are the surface's own.
-        let grey = if self.geometry.colors.is_some() { 1.0 } else { 0.8 };
-        model.materials.push(ModelMaterial::plain(grey));
+        let colors = self.geometry.colors.as_deref();
+        let mut material = ModelMaterial::plain(if colors.is_some() { 1.0 } else { 0.8 });
+        let is_opaque = |color: &[f64; 4]| color[3] >= 1.0;
+        // Some programs leave 0 where they mean nothing.
+        if colors.is_some_and(|all| !all.iter().all(is_opaque) && all.iter().any(|color| color[3] > 0.0)) {
+            material.alpha = Alpha::Blend;
+        }
+        model.materials.push(material);
         model.geometries.push(self.geometry);
         let transforms = vec![DMat4::IDENTITY];
         model.placements.push(Placement { geometry: 0, material: Some(0), name: None, transforms });

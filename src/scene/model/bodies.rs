@@ -32,7 +32,7 @@ pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Nam
             && (!is_shared[placement.geometry] || is_flat(only))
         {
             // Its triangles are in the hierarchy of the scene: one level less for every ray.
-            let moved = if *only == DMat4::IDENTITY { own } else { baked(own, only) };
+            let moved = if *only == DMat4::IDENTITY { own } else { own.moved(|_| *only) };
             objects.push(Object::Mesh(Box::new(mesh(moved, None, material, name))));
             continue;
         }
@@ -60,15 +60,6 @@ fn shared(model: &Model) -> Vec<bool> {
     };
     let is_worth_it = model.geometries.iter().zip(&places).map(saved).sum::<usize>() >= WORTH;
     model.geometries.iter().zip(places).map(|(geometry, places)| is_worth_it && places > 1 && large(geometry)).collect()
-}
-
-/// Geometry where a matrix puts it. A mirroring one turns the triangles, so that their fronts stay outside.
-fn baked(geometry: Geometry, matrix: &DMat4) -> Geometry {
-    let mut baked = geometry.moved(|_| *matrix);
-    if matrix.determinant() < 0.0 {
-        baked.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
-    }
-    baked
 }
 
 fn mesh(geometry: Geometry, faces: Option<Arc<Vec<[u32; 3]>>>, material: Option<String>, name: Option<String>) -> Mesh {

@@ -151,7 +151,11 @@ fn of_number(factor: f64, texture: Option<Texture>, texel: TexelChannel, sources
 fn opacity(material: &ModelMaterial, sources: &[String]) -> Option<Box<d::Opacity>> {
     let (mode, cutoff) = match material.alpha {
         Alpha::Opaque => return None,
-        Alpha::Mask(cutoff) => (AlphaMode::Mask, cutoff.clamp(0.0, 1.0)),
+        // No opacity is above 1, so nothing of it is seen.
+        Alpha::Mask(cutoff) if cutoff > 1.0 => {
+            return Some(Box::new(d::Opacity { alpha: d::Channel::Value(0.0), mode: AlphaMode::Mask, cutoff: 1.0 }));
+        }
+        Alpha::Mask(cutoff) => (AlphaMode::Mask, cutoff.max(0.0)),
         Alpha::Blend => (AlphaMode::Blend, 0.5),
     };
     let alpha = of_number(material.opacity.clamp(0.0, 1.0), material.base_color.texture, TexelChannel::A, sources);

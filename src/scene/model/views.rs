@@ -86,7 +86,7 @@ impl Views {
 
     /// Pixels across and down: what is not asked for follows the shape of the file's camera, if one of them is used.
     fn size(&self, overrides: &Overrides) -> ImageSize {
-        let camera = overrides.model.camera.and_then(|index| self.cameras.get(index as usize));
+        let camera = overrides.model.camera.and_then(|number| self.camera_of(number));
         // A strip is no picture.
         let aspect = camera.and_then(|camera| camera.aspect).map(|aspect| aspect.clamp(1.0 / 16.0, 16.0));
         let scaled = |side: u32, by: f64| (f64::from(side) * by).round().max(1.0) as u32;
@@ -99,6 +99,11 @@ impl Views {
         ImageSize { width, height }
     }
 
+    /// The first camera of the scene that has a number in the file.
+    fn camera_of(&self, number: u32) -> Option<&ModelCamera> {
+        self.cameras.iter().find(|camera| camera.number == number as usize)
+    }
+
     /// The camera that is asked for, or one that sees all of the model.
     fn camera(&self, model: &Placed<'_>, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
         let middle = self.bounds.map_or(DVec3::ZERO, |(low, high)| (low + high) / 2.0);
@@ -109,11 +114,11 @@ impl Views {
                 None => framing::framed(model, middle, view, aspect),
             });
         };
-        match self.cameras.get(index as usize) {
+        match self.camera_of(index) {
             Some(camera) => Ok(framing::of_file(camera, model, middle)),
             None => {
                 let detail = format!(
-                    "there is no camera {index}: the file has {}; without camera= the whole model is seen",
+                    "there is no camera {index} in the scene: it has {}; without camera= the whole model is seen",
                     counted(self.cameras.len())
                 );
                 Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))

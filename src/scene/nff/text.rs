@@ -1,5 +1,6 @@
 //! The text of an NFF file: unpacked if it is gzip, and refused if it is another format called NFF.
 
+use crate::scene::recognise::is_gzip;
 use super::tokens::Tokens;
 use crate::scene::limits::SCENE_BYTES;
 use crate::scene::problem::{Code, Problem};
@@ -10,7 +11,7 @@ use std::io::Read;
 
 /// The text, plain.
 pub(super) fn unpack(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Problem> {
-    let text = if bytes.starts_with(&[0x1f, 0x8b]) { Cow::Owned(gunzip(bytes)?) } else { Cow::Borrowed(bytes) };
+    let text = if is_gzip(bytes) { Cow::Owned(gunzip(bytes)?) } else { Cow::Borrowed(bytes) };
     if text.len() as u64 > SCENE_BYTES.max {
         let detail =
             format!("the file, unpacked, is larger than the limit {} of {}", SCENE_BYTES.name, SCENE_BYTES.max);

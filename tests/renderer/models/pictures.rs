@@ -170,7 +170,7 @@ fn lacquer_has_the_normals_of_its_own_picture() {
 }
 
 /// A lit square with a normal map that is the same everywhere.
-fn bumpy(normal: [u8; 3], tangent: Option<[f32; 4]>) -> Vec<[f32; 3]> {
+fn bumpy(normal: [u8; 3], tangent: Option<[f32; 4]>, has_normals: bool) -> Vec<[f32; 3]> {
     let [x, y, z] = normal;
     let model = square("", "image/png", &png(&RgbaImage::from_pixel(2, 2, image::Rgba([x, y, z, 255]))));
     let model = model.replace(
@@ -179,17 +179,21 @@ fn bumpy(normal: [u8; 3], tangent: Option<[f32; 4]>) -> Vec<[f32; 3]> {
     );
     let model = model.replace(r#""KHR_materials_unlit": {}"#, "");
     let Some(tangent) = tangent else { return shown(&model) };
-    let bytes: Vec<u8> = [tangent; 4].as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect();
-    let buffer = format!(r#""buffers": [{{"byteLength": 64, "uri": "data:;base64,{}"}}, "#, BASE64.encode(&bytes));
+    let numbers = [[tangent; 4].as_flattened(), [[0.0, 0.0, 1.0]; 4].as_flattened()].concat();
+    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    let buffer = format!(r#""buffers": [{{"byteLength": 112, "uri": "data:;base64,{}"}}, "#, BASE64.encode(&bytes));
+    let attributes =
+        if has_normals { r#""TEXCOORD_0": 1, "TANGENT": 3, "NORMAL": 4"# } else { r#""TEXCOORD_0": 1, "TANGENT": 3"# };
     let model = model
         .replace(r#""buffers": ["#, &buffer)
         .replace(r#""buffer": 0"#, r#""buffer": 1"#)
-        .replace(r#""byteLength": 6}]"#, r#""byteLength": 6}, {"buffer": 0, "byteLength": 64}]"#)
+        .replace(r#""byteLength": 6}]"#, r#""byteLength": 6}, {"buffer": 0, "byteLength": 64}, {"buffer": 0, "byteOffset": 64, "byteLength": 48}]"#)
         .replace(
             r#""type": "SCALAR"}]"#,
-            r#""type": "SCALAR"}, {"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC4"}]"#,
+            r#""type": "SCALAR"}, {"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC4"},
+                {"bufferView": 4, "componentType": 5126, "count": 4, "type": "VEC3"}]"#,
         )
-        .replace(r#""TEXCOORD_0": 1"#, r#""TEXCOORD_0": 1, "TANGENT": 3"#);
+        .replace(r#""TEXCOORD_0": 1"#, attributes);
     shown(&model)
 }
 
@@ -200,13 +204,15 @@ fn tangents_of_a_model_turn_its_normal_map() {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
     };
     let normal = [200, 160, 230];
-    let by_texture = bumpy(normal, None);
-    assert!(differ(&by_texture, &bumpy(normal, Some([1.0, 0.0, 0.0, 1.0]))) < 1e-5);
+    let by_texture = bumpy(normal, None, true);
+    assert!(differ(&by_texture, &bumpy(normal, Some([1.0, 0.0, 0.0, 1.0]), true)) < 1e-5);
     // Turned half around, and with the other hand.
     for (tangent, same) in [([-1.0, 0.0, 0.0, 1.0], [56, 96, 230]), ([1.0, 0.0, 0.0, -1.0], [200, 96, 230])] {
-        let turned = bumpy(normal, Some(tangent));
-        assert!(differ(&turned, &bumpy(same, None)) < 1e-5, "{tangent:?}");
+        let turned = bumpy(normal, Some(tangent), true);
+        assert!(differ(&turned, &bumpy(same, None, true)) < 1e-5, "{tangent:?}");
         assert!(differ(&turned, &by_texture) > 0.01, "{tangent:?}");
+        // Without normals they are to be ignored (glTF 2.0, section 3.7.2.1).
+        assert!(differ(&bumpy(normal, Some(tangent), false), &by_texture) < 1e-5, "{tangent:?}");
     }
 }
 
