@@ -24,6 +24,6 @@ pub(super) struct NodeArgs {
 /// Renders until SIGTERM or Ctrl-C.
 pub(super) fn run(args: &NodeArgs) -> Result<(), Failure> {
     allocator::settle();
-    log(args.log_format);
+    log(args.log_format)?;
     Ok(node::run(&args.node, &args.farm)?)
 }

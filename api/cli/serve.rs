@@ -40,6 +40,6 @@ pub(super) struct ServeArgs {
 /// Serves until SIGTERM or Ctrl-C.
 pub(super) fn run(args: &ServeArgs) -> Result<(), Failure> {
     allocator::settle();
-    log(args.log_format);
+    log(args.log_format)?;
     Ok(crate::http::run(args.threads, &args.http, &args.service, (&args.farm, args.spread))?)
 }

@@ -11,7 +11,7 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MapKind {
-    /// Most 8-bit codes that it is off, by what is proved; 255 where nothing bounds it.
+    /// Most 8-bit codes that it is off, by what is proved; where nothing bounds what is missing, those up to white.
     #[default]
     Proved,
     /// Rays of all kinds.

@@ -8,6 +8,7 @@ pub(crate) mod json_body;
 pub(crate) mod named_job;
 pub(crate) mod parameter;
 pub(crate) mod path;
+pub(crate) mod picture_parameters;
 pub(crate) mod prefer;
 pub(crate) mod query;
 pub(crate) mod scene_request;

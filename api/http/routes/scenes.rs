@@ -152,7 +152,7 @@ async fn source(
         Format::Stl => "model/stl",
         Format::Ply => "model/ply",
         Format::Parts => "multipart/form-data",
-        Format::Nff if is_gzip(&text) => "application/gzip",
+        Format::Nff if is_gzip(text) => "application/gzip",
         Format::Nff => "text/x-nff",
     };
     // The first line of parts is their boundary.

@@ -1424,8 +1424,6 @@ export interface components {
             /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
             wrap?: components["schemas"]["Wraps"];
         };
-        /** @description How a node is. */
-        Condition: "ready" | "draining" | "excluded";
         /** @description Circular cone or its frustum from `base` to `top`. */
         Cone: {
             /** @description Centre of one end. */
@@ -2892,7 +2890,7 @@ export interface components {
              */
             started_s: number;
             /** @description How it is. */
-            state: components["schemas"]["Condition"];
+            state: components["schemas"]["NodeState"];
             /**
              * Format: uint64
              * @description Tiles in them.
@@ -2901,6 +2899,8 @@ export interface components {
             /** @description The program's version. */
             version: string;
         };
+        /** @description How a node is. */
+        NodeState: "ready" | "draining" | "excluded";
         /** @description Nodes by how they are. */
         Nodes: {
             /**
@@ -4017,6 +4017,11 @@ export interface components {
         /** @description What one request may ask for. */
         RequestLimits: {
             /**
+             * Format: uint
+             * @description Bytes of the answer to `POST /v1/rays`, as a multiple of those of the request.
+             */
+            answer_growth: number;
+            /**
              * Format: uint64
              * @description Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it needed longest
              *     ago go, but for what scenes of /v1/scenes and jobs name.
@@ -4088,6 +4093,11 @@ export interface components {
              * @description Bytes of memory that requests, jobs and caches take together.
              */
             memory_bytes: number;
+            /**
+             * Format: uint64
+             * @description Pixels of a part of a job's picture.
+             */
+            part_pixels: number;
             /**
              * Format: uint64
              * @description Bytes of the patch of a variation.
@@ -6033,13 +6043,6 @@ export interface operations {
                 content: {
                     "application/json": Record<string, never>;
                 };
-            };
-            /** @description It has not changed */
-            304: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content?: never;
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];

@@ -249,10 +249,6 @@ Color: TypeAlias = "float | list[float] | str"
 ColorChannel: TypeAlias = "Color | dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], Color] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
 
 
-# How a node is.
-Condition: TypeAlias = "Literal['ready'] | Literal['draining'] | Literal['excluded']"
-
-
 class Cone(TypedDict):
     """Circular cone or its frustum from `base` to `top`."""
 
@@ -1357,11 +1353,15 @@ class Node(TypedDict):
     # Seconds since it was started.
     started_s: int
     # How it is.
-    state: Condition
+    state: NodeState
     # Tiles in them.
     tiles: int
     # The program's version.
     version: str
+
+
+# How a node is.
+NodeState: TypeAlias = "Literal['ready'] | Literal['draining'] | Literal['excluded']"
 
 
 class Nodes(TypedDict):
@@ -2121,6 +2121,8 @@ class Replay(TypedDict):
 class RequestLimits(TypedDict):
     """What one request may ask for."""
 
+    # Bytes of the answer to `POST /v1/rays`, as a multiple of those of the request.
+    answer_growth: int
     # Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it
     # needed longest ago go, but for what scenes of /v1/scenes and jobs name.
     asset_bytes: int
@@ -2151,6 +2153,8 @@ class RequestLimits(TypedDict):
     max_zoom: int
     # Bytes of memory that requests, jobs and caches take together.
     memory_bytes: int
+    # Pixels of a part of a job's picture.
+    part_pixels: int
     # Bytes of the patch of a variation.
     patch_bytes: int
     # Bytes of finished pictures in memory. 0 keeps none.
