@@ -259,6 +259,16 @@ mod tests {
     use crate::service::storage::lru_cache::LruCache;
 
     #[test]
+    fn a_part_that_is_kept_has_its_share_until_it_goes() {
+        let budget = MemoryBudget::new(PROGRAM + 100);
+        let mut bytes = budget.metered(b"{ \"scene\": {} }".to_vec()).unwrap();
+        bytes.keep(11..13);
+        assert_eq!((bytes.as_ref(), budget.taken()), (&b"{}"[..], PROGRAM + 15));
+        drop(bytes);
+        assert_eq!(budget.taken(), PROGRAM);
+    }
+
+    #[test]
     fn what_never_fits_is_told_from_what_does_not_fit_now() {
         let budget = MemoryBudget::new(PROGRAM + 100);
         let mut first = budget.share(0);

@@ -46,7 +46,11 @@ impl<R: Real> Motion<R> {
     #[inline(always)]
     fn pose<L: Lanes<Real = R>>(&self, s: L::Simd, time: L) -> Pose<L> {
         let shift = V3::<L>::splat(s, self.shift) * time;
-        Pose { shift, turned: self.turn.as_ref().map(|turn| turn.at(s, time)) }
+        let Some(turn) = &self.turn else { return Pose { shift, turned: None } };
+        let turns = time * L::splat(s, turn.turns);
+        let [cos, sin] = circle(s, turns - turns.floor());
+        let (axis, center) = (V3::splat(s, turn.axis), V3::splat(s, turn.center));
+        Pose { shift, turned: Some(Turned { axis, center, cos, sin }) }
     }
 
     /// Directions of the body at time 0 as they are at each lane's time.
@@ -59,14 +63,19 @@ impl<R: Real> Motion<R> {
         self.directions(s, d, time, -1.0)
     }
 
+    /// In lanes of any precision, which need not be that of the motion.
     fn directions<L: Lanes>(&self, s: L::Simd, d: V3<L>, time: L, sign: f64) -> V3<L> {
         let Some(turn) = &self.turn else { return d };
         L::vectorize(
             s,
             #[inline(always)]
             || {
-                let turned = turn.at(s, time);
-                turned.vector(s, d, turned.sin * L::lit(s, sign))
+                let turns = time * L::lit(s, turn.turns.to_f64());
+                let [cos, sin] = circle(s, turns - turns.floor());
+                let [x, y, z] = turn.axis.map(Real::to_f64);
+                let axis = V3 { x: L::lit(s, x), y: L::lit(s, y), z: L::lit(s, z) };
+                let turned = Turned { axis, center: axis, cos, sin };
+                turned.vector(s, d, sin * L::lit(s, sign))
             },
         )
     }
@@ -165,17 +174,6 @@ impl<R: Real> Motion<R> {
             lift: turned.vector(s, surface.lift, turned.sin),
             ..surface
         }
-    }
-}
-
-impl<R: Real> Turn<R> {
-    /// The rotation at each lane's time.
-    #[inline(always)]
-    fn at<L: Lanes>(&self, s: L::Simd, time: L) -> Turned<L> {
-        let turns = time * L::lit(s, self.turns.to_f64());
-        let [cos, sin] = circle(s, turns - turns.floor());
-        let vector = |v: [R; 3]| V3::splat(s, v.map(|x| L::Real::from_f64(x.to_f64())));
-        Turned { axis: vector(self.axis), center: vector(self.center), cos, sin }
     }
 }
 

@@ -10,7 +10,7 @@ use axum::http::HeaderMap;
 use strahl::film::animation::AnimationFormat;
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::render::Layers;
-use strahl::words::{choice, words};
+use strahl::words::words;
 
 /// The format of a picture in a query.
 #[derive(Debug, Clone, Copy)]

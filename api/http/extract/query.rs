@@ -1,19 +1,13 @@
 //! Query parameters. All that are wrong are reported at once, unknown ones with a suggestion. The same code that reads them
 //! describes them for the contract ([`Query::describe`]).
 
-use super::accept::by_accept;
-use super::parameter::{MAX_PIXELS, MAX_WHOLE, Parameter, SHEET_SIDE, Values};
+use super::parameter::{MAX_PIXELS, MAX_WHOLE, Parameter, Values};
 use crate::http::problem::{ErrorEntry, Kind, Problem, fragment};
-use crate::service::scenes::ids::MAX_ZOOM;
-use crate::service::values::point;
 use axum::extract::Query as Pairs;
-use axum::http::{HeaderMap, Uri};
+use axum::http::Uri;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
-use strahl::film::animation::AnimationFormat;
-use strahl::film::{FileFormat, PictureFormat, Region};
-use strahl::render::Layers;
 use strahl::scene::limits::Limit;
 use strahl::scene::problem::{did_you_mean, push_token};
 use strahl::words::{choice, words};
@@ -96,7 +90,7 @@ impl Query {
         self.within(name, about, 0, u64::from(most), None)
     }
 
-    fn within(
+    pub(super) fn within(
         &mut self,
         name: &'static str,
         about: &'static str,
