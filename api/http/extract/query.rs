@@ -217,7 +217,9 @@ impl Query {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use axum::http::HeaderMap;
     use serde_json::json;
+    use strahl::film::FileFormat;
     use strahl::scene::Format;
     use strahl::scene::limits;
 
