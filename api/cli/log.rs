@@ -39,7 +39,8 @@ fn filter_of(text: &str) -> Result<Targets, Failure> {
     let is_known = |part: &str| part.contains('=') || part.trim().parse::<LevelFilter>().is_ok();
     let filter = text.parse::<Targets>().ok().filter(|_| text.split(',').all(is_known));
     filter.ok_or_else(|| {
-        let ways = "a level (off, error, warn, info, debug, trace), or levels of targets, such as info,async_nats=debug";
+        let ways =
+            "a level (off, error, warn, info, debug, trace), or levels of targets, such as info,async_nats=debug";
         Failure::Usage(format!("STRAHL_LOG={text} is no filter: it is {ways}"))
     })
 }

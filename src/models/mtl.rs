@@ -374,12 +374,19 @@ mod tests {
         let wood = "textures/my wood.png";
         let (alone, _) = read(&format!("newmtl a\nmap_Kd {wood}\nmap_Pr {wood}\nmap_Pm {wood}\nmap_Ke {wood}\n"));
         let ModelMaterial { base_color, roughness, metallic, emissive, .. } = &alone[0];
-        assert_eq!((base_color.factor, roughness.factor, metallic.factor, emissive.factor), ([1.0; 3], 1.0, 1.0, [1.0; 3]));
-        let (with, _) = read(&format!("newmtl a\nmap_Kd {wood}\nKd 0.5 0.5 0.5\nmap_Pr {wood}\nPr 0.2\nmap_Pm {wood}\nPm 0.3\n"));
+        assert_eq!(
+            (base_color.factor, roughness.factor, metallic.factor, emissive.factor),
+            ([1.0; 3], 1.0, 1.0, [1.0; 3])
+        );
+        let (with, _) =
+            read(&format!("newmtl a\nmap_Kd {wood}\nKd 0.5 0.5 0.5\nmap_Pr {wood}\nPr 0.2\nmap_Pm {wood}\nPm 0.3\n"));
         let ModelMaterial { base_color, roughness, metallic, .. } = &with[0];
         assert_eq!((base_color.factor, roughness.factor, metallic.factor), ([0.5; 3], 0.2, 0.3));
         let (none, _) = read("newmtl a\n");
-        assert_eq!((none[0].base_color.factor, none[0].roughness.factor, none[0].metallic.factor), ([0.8; 3], 0.5, 0.0));
+        assert_eq!(
+            (none[0].base_color.factor, none[0].roughness.factor, none[0].metallic.factor),
+            ([0.8; 3], 0.5, 0.0)
+        );
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! `/v1/scenes`: scenes that are stored by their ids, so that their pictures have URLs.
 
-use strahl::scene::recognise::is_gzip;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -16,6 +15,7 @@ use serde_json::json;
 use std::io::BufRead;
 use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
+use strahl::scene::recognise::is_gzip;
 use strahl::scene::{self, Format};
 
 /// Pixels across and down of a small picture.

@@ -1,6 +1,5 @@
 //! The memory of a scene while it is read and built: taken before each step, as large as the step may need at most.
 
-use strahl::scene::recognise::is_gzip;
 use super::files::SceneFiles;
 use super::prepared::PreparedScene;
 use crate::service::error::Error;
@@ -10,6 +9,7 @@ use parking_lot::Mutex;
 use std::io::Read;
 use std::sync::Arc;
 use strahl::scene::limits::SCENE_BYTES;
+use strahl::scene::recognise::is_gzip;
 use strahl::scene::{Description, Files, Format, KnownScene};
 
 /// Bytes that are unpacked at a time.

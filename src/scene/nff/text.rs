@@ -1,9 +1,9 @@
 //! The text of an NFF file: unpacked if it is gzip, and refused if it is another format called NFF.
 
-use crate::scene::recognise::is_gzip;
 use super::tokens::Tokens;
 use crate::scene::limits::SCENE_BYTES;
 use crate::scene::problem::{Code, Problem};
+use crate::scene::recognise::is_gzip;
 use crate::scene::recognise::{Recognised, recognise_start};
 use flate2::read::MultiGzDecoder;
 use std::borrow::Cow;

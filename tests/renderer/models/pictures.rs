@@ -187,7 +187,10 @@ fn bumpy(normal: [u8; 3], tangent: Option<[f32; 4]>, has_normals: bool) -> Vec<[
     let model = model
         .replace(r#""buffers": ["#, &buffer)
         .replace(r#""buffer": 0"#, r#""buffer": 1"#)
-        .replace(r#""byteLength": 6}]"#, r#""byteLength": 6}, {"buffer": 0, "byteLength": 64}, {"buffer": 0, "byteOffset": 64, "byteLength": 48}]"#)
+        .replace(
+            r#""byteLength": 6}]"#,
+            r#""byteLength": 6}, {"buffer": 0, "byteLength": 64}, {"buffer": 0, "byteOffset": 64, "byteLength": 48}]"#,
+        )
         .replace(
             r#""type": "SCALAR"}]"#,
             r#""type": "SCALAR"}, {"bufferView": 3, "componentType": 5126, "count": 4, "type": "VEC4"},

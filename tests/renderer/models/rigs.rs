@@ -10,8 +10,11 @@ use strahl::scene::{Format, NoFiles};
 
 /// A triangle that faces the front and has a skin of one joint, and the nodes: 0 is the triangle's, 1 the joint.
 fn rigged(nodes: &Value, roots: &[usize], double_sided: bool) -> Vec<u8> {
-    let points: Vec<u8> =
-        [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let points: Vec<u8> = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
     let joints = [0_u8; 12];
     let weights: Vec<u8> = [[1.0_f32, 0.0, 0.0, 0.0]; 3].iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
     let bytes = [points, joints.to_vec(), weights].concat();
