@@ -84,7 +84,8 @@ fn print() -> Result<(), Failure> {
 fn literal(text: &str) -> String {
     let is_number = |value: &toml::Value| value.is_integer() || value.is_float();
     let read = format!("value = {text}").parse::<toml::Table>().ok();
-    if read.is_some_and(|table| table.len() == 1 && table.get("value").is_some_and(is_number)) {
+    let is_plain = text.parse::<f64>().is_ok_and(f64::is_finite);
+    if is_plain && read.is_some_and(|table| table.len() == 1 && table.get("value").is_some_and(is_number)) {
         text.to_owned()
     } else {
         serde_json::Value::from(text).to_string()

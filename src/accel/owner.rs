@@ -75,7 +75,7 @@ impl<R: Real> Owner<'_, R> {
         })
     }
 
-    /// A direction of the scene in the body's own coordinates.
+    /// A direction of the scene in the body's own coordinates, of what moves at its start.
     pub fn into_object(&self, d: DVec3) -> DVec3 {
         self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
     }

@@ -39,18 +39,23 @@ struct Face {
 /// angles of faces at the corner, which no cut of a polygon into triangles changes. Points at creases become several. Parts without
 /// normals in which no corner is smooth stay without them. Says whether any is.
 pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
-    if parts.iter().all(|part| part.lacking() == 0) {
+    // Points that differ in texture coordinates alone are one point of the surface.
+    let mut around: HashMap<[u64; 3], Vec<Face>> = HashMap::new();
+    for part in &*parts {
+        part.lacking(|point| _ = around.entry(point).or_default())?;
+    }
+    if around.is_empty() {
         parts.iter_mut().for_each(|part| _ = part.geometry.mend_normals());
         return Ok(false);
     }
     let unit: Vec<Vec<DVec3>> = parts.iter().map(Part::facings).collect();
-    // Points that differ in texture coordinates alone are one point of the surface.
-    let mut around: HashMap<[u64; 3], Vec<Face>> = HashMap::new();
     for (number, part) in (0..).zip(&*parts) {
         for (triangle, [a, b, c]) in (0..).zip(part.geometry.triangles.iter().copied()) {
+            pause(triangle as usize)?;
             for [corner, next, last] in [[a, b, c], [b, c, a], [c, a, b]] {
-                let angle = part.angle(corner, next, last);
-                around.entry(part.key(corner)).or_default().push(Face { part: number, triangle, angle });
+                if let Some(faces) = around.get_mut(&part.key(corner)) {
+                    faces.push(Face { part: number, triangle, angle: part.angle(corner, next, last) });
+                }
             }
         }
     }
@@ -60,6 +65,7 @@ pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
         let smooth_around = |point: [u64; 3], triangle: usize| {
             let (own, group) = (unit[number][triangle], groups[number][triangle]);
             let faces = &around[&point];
+            // Where there are very many, each would be held against all others.
             if group == NOT_SMOOTH || faces.len() > FACES {
                 return own;
             }
@@ -67,12 +73,8 @@ pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
                 let [part, triangle] = [face.part as usize, face.triangle as usize];
                 groups[part][triangle] == group && unit[part][triangle].dot(own) >= SMOOTH
             };
-            let sum: DVec3 = faces
-                .iter()
-                .filter(meets)
-                .map(|face| unit[face.part as usize][face.triangle as usize] * face.angle)
-                .sum();
-            sum.try_normalize().unwrap_or(own)
+            let weighted = |face: &Face| unit[face.part as usize][face.triangle as usize] * face.angle;
+            faces.iter().filter(meets).map(weighted).sum::<DVec3>().try_normalize().unwrap_or(own)
         };
         any |= part.complete(&unit[number], smooth_around)?;
     }
@@ -80,10 +82,17 @@ pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
 }
 
 impl Part {
-    /// Corners of triangles that have no normal.
-    fn lacking(&self) -> usize {
-        let Some(normals) = &self.geometry.normals else { return 3 * self.geometry.triangles.len() };
-        self.geometry.triangles.iter().flatten().filter(|corner| !is_direction(normals[**corner as usize])).count()
+    /// Tells the points at which a corner of a triangle has no normal.
+    fn lacking(&self, mut tell: impl FnMut([u64; 3])) -> Result<(), Fault> {
+        for (number, triangle) in self.geometry.triangles.iter().enumerate() {
+            pause(number)?;
+            for corner in triangle.iter().copied() {
+                if !self.geometry.normals.as_ref().is_some_and(|normals| is_direction(normals[corner as usize])) {
+                    tell(self.key(corner));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Gives corners without a normal the one that `around` finds for a point and a triangle. Whether any of them is smooth.
@@ -92,9 +101,7 @@ impl Part {
         let (mut sources, mut normals) = (Vec::new(), Vec::new());
         let (mut triangles, mut any) = (self.geometry.triangles.clone(), false);
         for (face, triangle) in triangles.iter_mut().enumerate() {
-            if face % 4_096 == 0 {
-                worked(4_096 * 64)?;
-            }
+            pause(face)?;
             for corner in triangle {
                 let given = self.geometry.normals.as_ref().map(|normals| normals[*corner as usize]);
                 let normal = match given.filter(|normal| is_direction(*normal)) {
@@ -150,6 +157,11 @@ impl Part {
     fn key(&self, point: u32) -> [u64; 3] {
         self.geometry.positions[point as usize].map(|x| (x + 0.0).to_bits())
     }
+}
+
+/// Looks now and then whether anybody still waits.
+fn pause(triangle: usize) -> Result<(), Fault> {
+    if triangle.is_multiple_of(4_096) { worked(4_096 * 64) } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -74,6 +74,10 @@ impl Library {
                 return Err(Fault::new("", Kind::Limit, detail).at(text.place()));
             }
             let name = text.name();
+            // A comment may stand behind it.
+            if let Some((plain, _)) = name.split_once(" #") {
+                self.names.entry(plain.trim_end().to_owned()).or_insert(self.materials.len());
+            }
             self.names.insert(name.clone(), self.materials.len());
             self.materials.push(ModelMaterial { name: Some(name), ..ModelMaterial::plain(0.8) });
             return Ok(());
@@ -98,7 +102,7 @@ impl Library {
             }
             b"ks" => phong.specular = color(text, model)?.or(phong.specular),
             b"ns" => phong.exponent = Some(text.number()?),
-            b"ke" => material.emissive.factor = color(text, model)?.unwrap_or_default(),
+            b"ke" => phong.emission = color(text, model)?.or(phong.emission),
             b"ni" => material.ior = text.number()?.clamp(1.0, 100.0),
             b"d" => {
                 let first = text.expected("a number")?;
@@ -129,12 +133,7 @@ impl Library {
             }
 
             b"map_kd" => material.base_color.texture = texture,
-            b"map_ke" => {
-                material.emissive.texture = texture;
-                if material.emissive.factor == [0.0; 3] {
-                    material.emissive.factor = [1.0; 3];
-                }
-            }
+            b"map_ke" => material.emissive.texture = texture,
             b"map_pr" => material.roughness.texture = texture,
             b"map_pm" => material.metallic.texture = texture,
             b"norm" => material.normal = texture.map(|texture| (texture, 1.0)),
@@ -149,7 +148,7 @@ impl Library {
             | b"disp" | b"map_disp" | b"decal" | b"refl" | b"map_refl" => {
                 let detail =
                     "pictures of other keys of MTL than map_Kd, map_d, map_Ke, map_Pr, map_Pm and norm are left out";
-                warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), detail);
+                warn(&mut model.warnings, Subject::Skipped, "texture-keys", String::new(), detail);
             }
             _ => {}
         }
@@ -168,7 +167,7 @@ impl Library {
         let map = Map::of(line);
         if map.is_changed {
             let detail = "the options -mm and -imfchan of pictures are left out";
-            warn(&mut model.warnings, Subject::Skipped, "textures", String::new(), detail);
+            warn(&mut model.warnings, Subject::Skipped, "texture-options", String::new(), detail);
         }
         let transform = map.transform();
         if let Some(detail) = transform.and_then(|transform| transform.fault()) {
@@ -227,7 +226,7 @@ fn color(text: &mut Text<'_>, model: &mut Model) -> Result<Option<[f64; 3]>, Fau
     let first = text.expected("a number")?;
     if matches!(first.text, b"spectral" | b"xyz") {
         let detail = "colors by a spectrum or by XYZ are left out";
-        warn(&mut model.warnings, Subject::Skipped, "materials", String::new(), detail);
+        warn(&mut model.warnings, Subject::Skipped, "color-spectra", String::new(), detail);
         return Ok(None);
     }
     let red = first.number()?.max(0.0);
@@ -245,6 +244,7 @@ struct Phong {
     metallic: Option<f64>,
     coat: Option<f64>,
     coat_roughness: f64,
+    emission: Option<[f64; 3]>,
     filter: Option<[f64; 3]>,
     /// The picture of `map_d`.
     opacity_map: Option<usize>,
@@ -264,6 +264,8 @@ impl Phong {
         if !self.has_diffuse && material.base_color.texture.is_some() {
             material.base_color.factor = [1.0; 3];
         }
+        let glow = alone(material.emissive.texture, 0.0);
+        material.emissive.factor = self.emission.unwrap_or([glow; 3]);
         let metallic = self.metallic.unwrap_or_else(|| alone(material.metallic.texture, 0.0));
         material.metallic = Channel { factor: metallic, ..material.metallic };
         let is_pbr = self.roughness.or(self.metallic).is_some()
@@ -273,8 +275,8 @@ impl Phong {
         let has_highlight = !is_diffuse && self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
         // m = 2 / alpha^2 - 2, and alpha is the square of the roughness.
         let of_exponent = |exponent: f64| (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
-        let roughness =
-            self.roughness.or(self.exponent.map(of_exponent)).unwrap_or_else(|| alone(material.roughness.texture, 0.5));
+        let by_phong = self.exponent.map_or(0.5, of_exponent);
+        let roughness = self.roughness.unwrap_or_else(|| alone(material.roughness.texture, by_phong));
         material.roughness = Channel { factor: roughness, ..material.roughness };
         if let Some(coat) = self.coat.filter(|coat| *coat > 0.0) {
             let (factor, roughness) = (Channel::of(coat), Channel::of(self.coat_roughness));
@@ -382,6 +384,9 @@ mod tests {
             read(&format!("newmtl a\nmap_Kd {wood}\nKd 0.5 0.5 0.5\nmap_Pr {wood}\nPr 0.2\nmap_Pm {wood}\nPm 0.3\n"));
         let ModelMaterial { base_color, roughness, metallic, .. } = &with[0];
         assert_eq!((base_color.factor, roughness.factor, metallic.factor), ([0.5; 3], 0.2, 0.3));
+        let (beside, _) = read(&format!("newmtl a\nNs 250\nmap_Pr {wood}\nmap_Ke {wood}\nKe 0 0 0\n"));
+        assert_eq!((beside[0].roughness.factor, beside[0].emissive.factor), (1.0, [0.0; 3]));
+        assert_eq!(read("newmtl a\nmap_Ke gone.png\n").0[0].emissive.factor, [0.0; 3]);
         let (none, _) = read("newmtl a\n");
         assert_eq!(
             (none[0].base_color.factor, none[0].roughness.factor, none[0].metallic.factor),
@@ -398,9 +403,10 @@ mod tests {
             ("Ka 1 1 1\nKm 0.1\nPs 0\naniso 0\nmap_Ka textures/my wood.png", &[][..]),
             ("Ps 0.5", &["sheen"]),
             ("aniso 0.5", &["anisotropy"]),
-            ("map_Ks textures/my wood.png", &["textures"]),
-            ("map_Kd -imfchan r textures/my wood.png", &["textures"]),
-            ("Kd spectral a.rfl 1", &["materials"]),
+            ("map_Ks textures/my wood.png", &["texture-keys"]),
+            ("map_Ks gone.png\nmap_Kd gone.png", &["texture-keys", "textures"]),
+            ("map_Kd -imfchan r textures/my wood.png", &["texture-options"]),
+            ("Kd spectral a.rfl 1", &["color-spectra"]),
             ("map_d textures/my wood.png", &["opacity-map"]),
             ("map_d textures/my wood.png\nmap_Kd textures/my wood.png", &[]),
         ] {

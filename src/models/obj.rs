@@ -238,8 +238,9 @@ impl Reader {
             return Err(word.fault(Kind::Degenerate, format!("the face has {} corners, and needs 3", corners.len())));
         }
         self.budget.take(corners.len() as u64, 12 + 24 + 24 + 16 + 32)?;
-        let points: Vec<_> = corners.iter().map(|(point, ..)| self.points[*point as usize]).collect();
-        let triangles = self.polygons.cut(&points).map_err(|fault| fault.at(word.place))?;
+        let points = &self.points;
+        let triangles = self.polygons.cut(corners.len(), |corner| points[corners[corner].0 as usize]);
+        let triangles = triangles.map_err(|fault| fault.at(word.place))?;
         let groups = &mut self.groups;
         let group = *self.of_material.entry(self.material).or_insert_with(|| {
             groups.push(Group::default());
@@ -293,6 +294,8 @@ impl Reader {
             normals.push(normal.map_or([0.0; 3], |normal| all_normals[normal as usize]));
             uvs.push(uv.map_or([0.0; 2], |uv| all_uvs[uv as usize]));
             if !all_colors.is_empty() {
+                // Points before the first color are white.
+                colors.resize(geometry.positions.len() - 1, [1.0; 4]);
                 let [r, g, b] = all_colors.get(point as usize).copied().unwrap_or([1.0; 3]);
                 colors.push([r, g, b, 1.0]);
             }
@@ -307,13 +310,12 @@ impl Reader {
         let mut groups: Vec<_> = self.of_material.into_iter().collect();
         // In the order in which they were first used.
         groups.sort_by_key(|(_, group)| *group);
-        let has_colors = !self.colors.is_empty();
         let mut parts = Vec::new();
         for mut group in self.groups {
             let geometry = &mut group.part.geometry;
             geometry.normals = group.has_normals.then_some(group.normals);
             geometry.uvs[0] = group.has_uvs.then_some(group.uvs);
-            geometry.colors = (group.colors.len() == geometry.positions.len()).then_some(group.colors);
+            geometry.colors = (!group.colors.is_empty()).then_some(group.colors);
             geometry.drop_unused();
             parts.push(group.part);
         }
@@ -329,7 +331,7 @@ impl Reader {
             let material = material.unwrap_or_else(|| {
                 *grey.get_or_insert_with(|| {
                     // Colors of points are the surface's own.
-                    model.materials.push(ModelMaterial::plain(if has_colors { 1.0 } else { 0.8 }));
+                    model.materials.push(ModelMaterial::plain(if geometry.colors.is_some() { 1.0 } else { 0.8 }));
                     model.materials.len() - 1
                 })
             });

@@ -20,10 +20,9 @@ pub(super) struct PolygonCutter {
 }
 
 impl PolygonCutter {
-    /// The triangles of a polygon as numbers of its corners, none if it has less than three. Polygons that are not flat enough are
-    /// fans. Fails where one polygon, or all together, have too many corners.
-    pub(super) fn cut(&mut self, corners: &[[f64; 3]]) -> Result<Vec<[u32; 3]>, Fault> {
-        let count = corners.len();
+    /// The triangles of a polygon of `count` corners as their numbers, none if it has less than three; `point` says where a corner
+    /// is. Polygons that are not flat enough are fans. Fails where one polygon, or all together, have too many corners.
+    pub(super) fn cut(&mut self, count: usize, point: impl Fn(usize) -> [f64; 3]) -> Result<Vec<[u32; 3]>, Fault> {
         match count {
             0..3 => return Ok(Vec::new()),
             3 => return Ok(vec![[0, 1, 2]]),
@@ -36,6 +35,7 @@ impl PolygonCutter {
         if self.work > MOST_WORK {
             return Err(Fault::new("", Kind::Limit, "the faces have too many corners (polygon_work)"));
         }
-        Ok(triangulate(corners).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect()))
+        let points: Vec<_> = (0..count).map(point).collect();
+        Ok(triangulate(&points).unwrap_or_else(|| (2..count as u32).map(|i| [0, i - 1, i]).collect()))
     }
 }

@@ -7,8 +7,8 @@ use crate::http::state::App;
 use crate::service::jobs::Job;
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
-use axum::response::Response;
+use axum::http::{HeaderName, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
@@ -74,7 +74,11 @@ impl Question {
             return None;
         }
         let front = app.service.jobs.front_of(job)?;
-        let sent = |name: &HeaderName| Some((name.to_string(), request.headers().get(name)?.to_str().ok()?.to_owned()));
+        let sent = |name: &HeaderName| {
+            let values: Vec<_> =
+                request.headers().get_all(name).iter().filter_map(|value| value.to_str().ok()).collect();
+            (!values.is_empty()).then(|| (name.to_string(), values.join(", ")))
+        };
         let question = Self {
             job: job.record().id.clone(),
             what: what.to_owned(),
@@ -103,12 +107,13 @@ impl Question {
 /// An answer as it is sent to the front that has asked.
 pub(crate) async fn packed(answer: Response) -> (Vec<u8>, Vec<u8>) {
     let (mut parts, body) = answer.into_parts();
-    let body = match to_bytes(body, MOST).await {
+    let body: Vec<u8> = match to_bytes(body, MOST).await {
         Ok(body) => body.into(),
         Err(_) => {
-            // Nothing else is read of it.
-            (parts.status, parts.headers) = (StatusCode::SERVICE_UNAVAILABLE, HeaderMap::new());
-            Vec::new()
+            let detail = "the answer of the front that works on the job is too large to be sent on";
+            let (refused, body) = Problem::new(Kind::Saturated, detail).retry_after(5).into_response().into_parts();
+            parts = refused;
+            to_bytes(body, MOST).await.map(Vec::from).unwrap_or_default()
         }
     };
     let readable =

@@ -6,7 +6,7 @@ use crate::http::problem::{Problem, ProblemSummary};
 use crate::http::respond::event_stream::event_stream;
 use crate::service::error::Error;
 use axum::response::Response;
-use axum::response::sse::{self};
+use axum::response::sse;
 use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;

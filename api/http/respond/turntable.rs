@@ -107,7 +107,10 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     };
     let has_ended = |job: &Job| matches!(job.record().state, State::Failed | State::Canceled | State::Expired);
     let job = match claimed {
-        Claimed::Before(job) if !has_ended(&job) && job.waiters.join() => job,
+        Claimed::Before(job) if !has_ended(&job) && job.waiters.join() => {
+            drop(body);
+            job
+        }
         claimed => {
             let claim = if let Claimed::Now(claim) = claimed { claim } else { None };
             let wanted = WantedJob {

@@ -2,6 +2,7 @@
 
 use crate::http::prelude::*;
 use crate::http::settings::ConnectionLimits;
+use crate::service::assets::ASSETS;
 use crate::service::limits::{
     ANSWER_GROWTH, AnswerLimits, CacheLimits, DeliverySettings, JobLimits, MAX_RAYS, PART_PIXELS,
 };
@@ -84,6 +85,8 @@ struct RequestLimits<'a> {
     answer: &'a AnswerLimits,
     #[serde(flatten)]
     caches: &'a CacheLimits,
+    /// Number of the assets of one tenant.
+    assets: usize,
     /// Bytes of finished pictures on disk.
     disk_cache_bytes: Option<u64>,
     /// Bytes of memory that requests, jobs and caches take together.
@@ -125,6 +128,7 @@ async fn limits(State(app): State<App>, extensions: Extensions) -> Response {
         connection: &app.limits,
         answer: &settings.answers,
         caches: &settings.caches,
+        assets: ASSETS,
         disk_cache_bytes: settings.caches.on_disk(),
         memory_bytes: settings.memory_bytes,
         max_rays: MAX_RAYS,

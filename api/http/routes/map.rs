@@ -78,7 +78,7 @@ struct Asked {
     of: Quantity,
     format: Format,
     step: u32,
-    /// Quantity maps of what is seen.
+    /// Of maps of what is seen.
     part: Option<Region>,
     /// The object whose share is asked for.
     share: Layers,

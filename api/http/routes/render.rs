@@ -197,7 +197,10 @@ async fn as_job(app: App, request: Request, prefer: Prefer) -> Result<Response, 
     let beside = [query.as_bytes(), b"\n", base].concat();
     let (claimed, scene) = claim(&app, &tenant, &headers, beside, body).await?;
     let (job, is_replay) = match claimed {
-        Claimed::Before(job) => (job, true),
+        Claimed::Before(job) => {
+            drop(scene);
+            (job, true)
+        }
         Claimed::Now(claim) => {
             let (priority, labels, wishes) = (PRIORITY, Vec::new(), wishes_of(&app, &tenant, None, None)?);
             let wanted = WantedJob { scene, form, frames: None, overrides, output, priority, labels, wishes };

@@ -154,9 +154,8 @@ impl Assets {
             "there is no room for the asset (asset_bytes, assets): delete some with DELETE /v1/assets/{sha256}, or the scenes and jobs that \
              name them",
         );
-        let (mut left, oldest) = self.known.lock().of(tenant);
         let has_room = |left: u64, assets: usize| left + bytes <= self.most && assets < self.most_assets;
-        let mut assets = oldest.len();
+        let (mut left, mut assets) = self.known.lock().sum(tenant);
         if has_room(left, assets) {
             return Ok(());
         }
@@ -165,7 +164,7 @@ impl Assets {
         }
         let mut needed = named();
         needed.extend(self.of_scenes(has_scene));
-        let mut going = Vec::new();
+        let (oldest, mut going) = (self.known.lock().oldest(tenant), Vec::new());
         for (hash, size) in oldest.into_iter().filter(|(hash, _)| !needed.contains(hash)) {
             if has_room(left, assets) {
                 break;
@@ -302,7 +301,7 @@ impl Assets {
 
     /// Bytes of a tenant's assets, and the most they may be.
     pub(crate) fn bytes(&self, tenant: &str) -> [u64; 2] {
-        [self.known.lock().of(tenant).0, self.most]
+        [self.known.lock().sum(tenant).0, self.most]
     }
 }
 
@@ -317,12 +316,15 @@ impl Known {
         }
     }
 
-    /// Bytes of a tenant's assets, and all of them, the one needed longest ago first.
-    fn of(&self, tenant: &str) -> (u64, Vec<(String, u64)>) {
-        let claims = self.claims.get(tenant).into_iter().flatten();
-        let mut all: Vec<(String, u64)> = claims.map(|(hash, bytes)| (hash.clone(), *bytes)).collect();
-        all.reverse();
-        (all.iter().map(|(_, bytes)| bytes).sum(), all)
+    /// Bytes of a tenant's assets, and their number.
+    fn sum(&self, tenant: &str) -> (u64, usize) {
+        self.claims.get(tenant).map_or((0, 0), |claims| (claims.iter().map(|(_, bytes)| bytes).sum(), claims.len()))
+    }
+
+    /// A tenant's assets with their bytes, the one needed longest ago first.
+    fn oldest(&self, tenant: &str) -> Vec<(String, u64)> {
+        let claims = self.claims.get(tenant).into_iter().flat_map(|claims| claims.iter().rev());
+        claims.map(|(hash, bytes)| (hash.clone(), *bytes)).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! What is to be delivered is in the records of jobs (`service/jobs/outbox.rs`), so that a process that ends loses none of it. A
 //! message is written down before it is first sent, and all its attempts send the same text under the same id: a receiver that has
-//! seen the id has seen the message. Each front of a farm has a delivery_worker; the one whose write of the record comes first makes the
+//! seen the id has seen the message. Each front of a farm has a delivery worker; the one whose write of the record comes first makes the
 //! attempt.
 
 pub(crate) mod key;

@@ -20,7 +20,6 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use strahl::film::{Film, Region};
 use strahl::render::{Watcher, sampling_bytes};
-
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
 use strahl::scene::{Description, Format, Overrides, Scene};
 

@@ -1,6 +1,6 @@
 //! The reference pictures.
 
-use super::stage::Stage;
+use super::stage::{LEAST_SLACK_MS, Stage};
 use strahl::metrics::{Difference, Image8};
 use strahl::render::Cancelled;
 use strahl::scene::description::Precision;
@@ -83,7 +83,7 @@ impl Reach {
             });
             // What is beyond the time only says what it would change. Where that is nothing, it need not be followed.
             // Milliseconds say little on a machine that does something else.
-            let is_dear = picture.trace_ms / first_ms.max(1.0) * all_ms > MOST_ROUNDS * round_ms + stage.slack_ms();
+            let is_dear = picture.trace_ms / first_ms.max(1.0) * all_ms > MOST_ROUNDS * round_ms + LEAST_SLACK_MS;
             let is_same = min_weight < FINEST && change.is_some_and(|change| change.max_codes == 0);
             if change.is_some() && (is_dear || is_same) {
                 best.finer = change;

@@ -18,6 +18,8 @@ use strahl::tradeoff::sweep::Settings;
 
 /// Share of the time by which any picture may be late.
 const SLACK: f64 = 0.02;
+/// Milliseconds that it may be late in any case.
+pub(super) const LEAST_SLACK_MS: f64 = 50.0;
 
 /// The scene in both precisions, and the time limit.
 pub(super) struct Stage<'a> {
@@ -126,7 +128,7 @@ impl<'a> Stage<'a> {
 
     /// Milliseconds by which any picture may be late: a machine that does something else stops small ones for longer than they take.
     pub(super) fn slack_ms(&self) -> f64 {
-        SLACK * self.seconds * 1e3
+        (SLACK * self.seconds * 1e3).max(LEAST_SLACK_MS)
     }
 
     pub(super) fn resize(&mut self, [width, height]: [u32; 2]) {

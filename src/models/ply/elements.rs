@@ -182,8 +182,9 @@ impl Reader {
             return Err(too_many_corners());
         }
         self.budget.take(corners.len() as u64, 12)?;
-        let points: Vec<_> = corners.iter().map(|corner| self.geometry.positions[*corner as usize]).collect();
-        let triangles = self.polygons.cut(&points)?.into_iter().map(|triangle| triangle.map(|i| corners[i as usize]));
+        let positions = &self.geometry.positions;
+        let triangles = self.polygons.cut(corners.len(), |corner| positions[corners[corner] as usize])?;
+        let triangles = triangles.into_iter().map(|triangle| triangle.map(|i| corners[i as usize]));
         self.geometry.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
         Ok(())
     }

@@ -14,10 +14,10 @@ impl Accuracy {
     pub const HALF_WIDTH: RangeInclusive<f64> = 0.25..=64.0;
     /// Share of the pixels that are within the half width.
     pub const CONFIDENCE: RangeInclusive<f64> = 0.5..=0.999;
-    /// What is written as a regular expression of JSON Schema, for the ranges above.
-    pub const PATTERN: &'static str = "^(fixed|proved(:[0-2])?|time:([1-9][0-9]{0,5}([.][0-9]+)?|[12][0-9]{6}|3[0-5][0-9]{5}|3600000)|\
+    /// What is written as a regular expression of JSON Schema: all within the ranges above in the usual ways, none beyond them.
+    pub const PATTERN: &'static str = "^(fixed|proved(:[0-2])?|time:([1-9][0-9]{0,5}([.][0-9]+)?|([12][0-9]{6}|3[0-5][0-9]{5})([.][0-9]+)?|3600000)|\
         rays:([1-9][0-9]{0,14}|[1-8][0-9]{15})|\
-        statistical:(0[.](2[5-9]|[3-9])[0-9]*|([1-9]|[1-5][0-9]|6[0-3])([.][0-9]+)?|64)\
+        statistical:(0[.](2[5-9]|[3-9])[0-9]*|([1-9]|[1-5][0-9]|6[0-3])([.][0-9]+)?|64([.]0+)?)\
         (,0[.]([5-8][0-9]*|9([0-8][0-9]*|9([0-8][0-9]*|90*)?)?))?)$";
     /// The ways to write one.
     pub const WRITTEN: &'static str = "fixed, proved:0 to proved:2, time:MILLISECONDS (1 to 3600000), rays:COUNT, \
@@ -83,8 +83,8 @@ mod tests {
     fn the_pattern_says_what_is_read() {
         let validator = jsonschema::validator_for(&serde_json::json!({ "pattern": Accuracy::PATTERN })).unwrap();
         for text in
-            "fixed proved proved:0 proved:2 time:1 time:999999.5 time:1000000 time:3600000 rays:1 rays:999999999999999 \
-            rays:8999999999999999 statistical:0.25 statistical:0.3 statistical:1 statistical:63.9 statistical:64 \
+            "fixed proved proved:0 proved:2 time:1 time:999999.5 time:1000000 time:1500000.5 time:3600000 rays:1 rays:999999999999999 \
+            rays:8999999999999999 statistical:0.25 statistical:0.3 statistical:1 statistical:63.9 statistical:64 statistical:64.0 \
             statistical:1,0.5 statistical:2.5,0.95 statistical:1,0.99 statistical:1,0.998 statistical:1,0.999"
                 .split_whitespace()
         {

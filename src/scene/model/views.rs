@@ -5,7 +5,7 @@ use super::framing;
 use super::placed_meshes::{Placed, Sight};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
-use crate::models::{Lamp, ModelCamera, Subject, Warning, counted};
+use crate::models::{Lamp, ModelCamera, Subject, Warning};
 use crate::scene::Overrides;
 use crate::scene::description::{
     self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, ImportWarning, Light, Material,
@@ -117,9 +117,13 @@ impl Views {
         match self.camera_of(index) {
             Some(camera) => Ok(framing::of_file(camera, model, middle)),
             None => {
+                let mut numbers: Vec<usize> = self.cameras.iter().map(|camera| camera.number).collect();
+                numbers.sort_unstable();
+                numbers.dedup();
+                let numbers: Vec<String> = numbers.iter().take(20).map(usize::to_string).collect();
+                let there = if numbers.is_empty() { "none".to_owned() } else { numbers.join(", ") };
                 let detail = format!(
-                    "there is no camera {index} in the scene: it has {}; without camera= the whole model is seen",
-                    counted(self.cameras.len())
+                    "there is no camera {index} in the scene, of those in /cameras it has {there}; without camera= the whole model is seen"
                 );
                 Err(Problems::one(Problem::new("/cameras", Code::UnknownReference, detail)))
             }

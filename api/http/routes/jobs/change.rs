@@ -71,8 +71,9 @@ async fn change(
     let conditions = headers.clone();
     let is_wanted = move |version: u64| weigh(&Method::PATCH, &conditions, Some(&etag(version))) != Verdict::Failed;
     let other = |version: u64| {
-        let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok()).unwrap_or_default();
-        Problem::new(Kind::PreconditionFailed, format!("the job is {} by now, not {wanted}", etag(version)))
+        let is = format!("the job is {} by now", etag(version));
+        let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok());
+        Problem::new(Kind::PreconditionFailed, wanted.map_or(is.clone(), |wanted| format!("{is}, not {wanted}")))
     };
     let version = job.record().version;
     if !is_wanted(version) {

@@ -12,7 +12,7 @@ use crate::service::jobs::{Event, Job, Watcher, end_of};
 use axum::Extension;
 use axum::body::Body;
 use axum::http::request::Parts;
-use axum::response::sse::{self};
+use axum::response::sse;
 use futures_util::stream;
 use serde_json::json;
 use std::collections::{HashSet, VecDeque};

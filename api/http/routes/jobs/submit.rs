@@ -134,7 +134,10 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
     let prefer = Prefer { respond_async: false, ..Prefer::of(&parts.headers) };
     let (claimed, text) = claim(&app, &tenant, &parts.headers, said.into(), text).await?;
     let claim = match claimed {
-        Claimed::Before(job) => return waited_for(&app, &tenant, &job, true, prefer).await,
+        Claimed::Before(job) => {
+            drop(text);
+            return waited_for(&app, &tenant, &job, true, prefer).await;
+        }
         Claimed::Now(claim) => claim,
     };
     let wanted = match of_file {
