@@ -4028,6 +4028,11 @@ export interface components {
              */
             asset_bytes: number;
             /**
+             * Format: uint
+             * @description Number of the assets of one tenant.
+             */
+            assets: number;
+            /**
              * Format: double
              * @description Seconds a client may take to send a request's body.
              */

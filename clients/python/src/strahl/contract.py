@@ -2126,6 +2126,8 @@ class RequestLimits(TypedDict):
     # Bytes of the assets of one tenant, which scenes name by their SHA-256. If there is no room, those that it
     # needed longest ago go, but for what scenes of /v1/scenes and jobs name.
     asset_bytes: int
+    # Number of the assets of one tenant.
+    assets: int
     # Seconds a client may take to send a request's body.
     body_timeout_s: float
     # Tiles that one client may ask for at one time; one more is answered with 429. A client is an address of a
