@@ -131,7 +131,6 @@ impl Library {
                 let detail = "roughness is the same in all directions";
                 warn(&mut model.warnings, Subject::NotSimulated, "anisotropy", String::new(), detail);
             }
-
             b"map_kd" => material.base_color.texture = texture,
             b"map_ke" => material.emissive.texture = texture,
             b"map_pr" => material.roughness.texture = texture,
