@@ -41,8 +41,14 @@ struct Face {
 pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
     // Points that differ in texture coordinates alone are one point of the surface.
     let mut around: HashMap<[u64; 3], Vec<Face>> = HashMap::new();
+    let mut lacks = Vec::with_capacity(parts.len());
     for part in &*parts {
-        part.lacking(|point| _ = around.entry(point).or_default())?;
+        let mut any = false;
+        part.lacking(|point| {
+            any = true;
+            around.entry(point).or_default();
+        })?;
+        lacks.push(any);
     }
     if around.is_empty() {
         parts.iter_mut().for_each(|part| _ = part.geometry.mend_normals());
@@ -62,6 +68,10 @@ pub(super) fn complete_normals(parts: &mut [Part]) -> Result<bool, Fault> {
     let groups: Vec<Vec<u32>> = parts.iter().map(|part| part.groups.clone()).collect();
     let mut any = false;
     for (number, part) in parts.iter_mut().enumerate() {
+        if !lacks[number] {
+            part.geometry.mend_normals();
+            continue;
+        }
         let smooth_around = |point: [u64; 3], triangle: usize| {
             let (own, group) = (unit[number][triangle], groups[number][triangle]);
             let faces = &around[&point];
