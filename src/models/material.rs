@@ -33,8 +33,8 @@ pub struct ModelMaterial {
     pub specular_color: Channel<[f64; 3]>,
     /// Part of the light that a dielectric lets through. The red channel of the picture.
     pub transmission: Channel<f64>,
-    /// Whether the surface bounds a body that bends light; else it is thin.
-    pub has_volume: bool,
+    /// How thick the body behind the surface is, as far as the file knows. Above 0 its surface bends light; else it is thin.
+    pub thickness: f64,
     /// What light loses inside.
     pub attenuation: Option<Attenuation>,
     /// 20 / V_d, where V_d is the Abbe number.
@@ -156,7 +156,7 @@ impl ModelMaterial {
             specular: Channel::of(1.0),
             specular_color: Channel::of([1.0; 3]),
             transmission: Channel::of(0.0),
-            has_volume: false,
+            thickness: 0.0,
             attenuation: None,
             dispersion: 0.0,
             clearcoat: None,

@@ -24,6 +24,7 @@ mod ply;
 pub(crate) mod polygon;
 pub(crate) mod stl;
 mod text;
+mod weld;
 mod which;
 
 pub use budget::Budget;

@@ -274,7 +274,15 @@ impl Phong {
         let has_highlight = !is_diffuse && self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
         // m = 2 / alpha^2 - 2, and alpha is the square of the roughness.
         let of_exponent = |exponent: f64| (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
-        let by_phong = self.exponent.map_or(0.5, of_exponent);
+        // Glass: illumination models 4, 6, 7 and 9 trace what is seen through it.
+        let is_glass = matches!(self.model, Some(4 | 6 | 7 | 9)) && material.opacity < 1.0;
+        if !is_glass && material.ior <= 1.0 {
+            // Programs write so where nothing is bent; it is no index of what reflects.
+            material.ior = ModelMaterial::new().ior;
+        }
+        // What rays are to mirror is sharp unless the file says otherwise.
+        let mirrors = matches!(self.model, Some(3 | 5 | 8)) && !is_pbr;
+        let by_phong = self.exponent.map_or(if mirrors { 0.0 } else { 0.5 }, of_exponent);
         let roughness = self.roughness.unwrap_or_else(|| alone(material.roughness.texture, by_phong));
         material.roughness = Channel { factor: roughness, ..material.roughness };
         if let Some(coat) = self.coat.filter(|coat| *coat > 0.0) {
@@ -283,14 +291,17 @@ impl Phong {
         }
         if !has_highlight {
             material.specular = Channel::of(0.0);
+        } else if let Some(specular) = self.specular.filter(|_| !is_pbr && !is_glass) {
+            // Models 3, 5 and 8 mirror that much. For the others a half is what the index of refraction reflects, as Blender writes it.
+            let by_index = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2).max(1e-6);
+            let whole = if mirrors { by_index } else { 0.5 };
+            material.specular_color = Channel::of(specular.map(|channel| channel.clamp(0.0, 1.0) / whole));
         }
-        // Glass: illumination models 4, 6, 7 and 9 trace what is seen through it.
-        let is_glass = matches!(self.model, Some(4 | 6 | 7 | 9)) && material.opacity < 1.0;
         if is_glass {
             let tint = self.filter.unwrap_or([1.0; 3]);
             material.base_color.factor = tint;
             material.transmission = Channel::of(1.0 - material.opacity);
-            material.has_volume = true;
+            material.thickness = 1.0;
             material.opacity = 1.0;
         }
         // As a rule the picture of opacity is that of the color, which has an alpha channel.
@@ -417,6 +428,15 @@ mod tests {
         let of = |lines: &str| read(&format!("newmtl a\n{lines}\n")).0.remove(0);
         assert_eq!((of("illum 1").specular.factor, of("illum 2").specular.factor), (0.0, 1.0));
         assert_eq!(of("illum 1\nPr 0.2").specular.factor, 1.0);
+        let plastic = of("Ks 0.5 0.25 0.05\nNi 1\nillum 2");
+        assert_eq!((plastic.specular_color.factor, plastic.ior), ([1.0, 0.5, 0.1], 1.5));
+        let mirror = of("Ks 1 0.5 0\nillum 3");
+        assert!(
+            (0..3).all(|c| (mirror.specular_color.factor[c] * 0.04 - [1.0, 0.5, 0.0][c]).abs() < 1e-12),
+            "{mirror:?}"
+        );
+        assert_eq!((mirror.roughness.factor, of("Ks 1 1 1\nillum 3\nNs 6").roughness.factor), (0.0, 0.5_f64.sqrt()));
+        assert_eq!(of("Ks 1 1 1\nillum 6\nd 0.1\nNi 1.5").specular_color.factor, [1.0; 3]);
         assert_eq!(of("map_d textures/my wood.png\nmap_Kd textures/my wood.png").alpha, Alpha::Blend);
     }
 

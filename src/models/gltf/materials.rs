@@ -50,7 +50,7 @@ impl Materials<'_> {
             read.transmission = self.channel(it.transmission_factor, it.transmission_texture.as_ref())?;
         }
         if let Some(volume) = &more.volume {
-            read.has_volume = volume.thickness_factor > 0.0;
+            read.thickness = volume.thickness_factor.max(0.0);
             let distance = volume.attenuation_distance.filter(|distance| *distance > 0.0);
             let color = volume.attenuation_color.unwrap_or([1.0; 3]);
             read.attenuation = distance.map(|distance| Attenuation { color, distance });

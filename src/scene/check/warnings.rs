@@ -9,6 +9,7 @@ use crate::scene::problem::{Code, Problem, push_token};
 use crate::scene::usage::FAR_AWAY;
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
+use std::cmp::Ordering;
 
 /// Backgrounds from here on are likely codes.
 const WHITE_CODES: f64 = 100.0;
@@ -200,7 +201,12 @@ pub(in crate::scene) fn is_closed(vertices: &[Vec3], faces: &[[u32; 3]]) -> bool
         let corner = face.map(|i| numbers[i as usize]);
         for k in 0..3 {
             let (a, b) = (corner[k], corner[(k + 1) % 3]);
-            if a < b { up.push(a << 32 | b) } else { down.push(b << 32 | a) }
+            // Sides without length bound nothing.
+            match a.cmp(&b) {
+                Ordering::Less => up.push(a << 32 | b),
+                Ordering::Greater => down.push(b << 32 | a),
+                Ordering::Equal => {}
+            }
         }
         if up.len().max(down.len()) > half {
             return false;

@@ -1,8 +1,9 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
+use crate::math;
 use crate::models::gltf::media_type;
 use crate::models::{
-    Alpha, Channel, Model, ModelMaterial, NAME_BYTES, Picture, Subject, Texture, Warning, Wrap, shortened,
+    Alpha, Attenuation, Channel, Model, ModelMaterial, NAME_BYTES, Picture, Subject, Texture, Warning, Wrap, shortened,
 };
 use crate::scene::check::is_closed;
 use crate::scene::description::{
@@ -108,9 +109,17 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
     // Beyond that all of them lie flat.
     let bumps = |(texture, scale): (Texture, f64)| map((texture, scale.clamp(-100.0, 100.0)));
     let transmits = material.transmission.factor > 0.0;
+    let thin = transmits && (material.thickness <= 0.0 || is_open);
+    let attenuation = material.attenuation.filter(|_| transmits);
+    let mut base_color = material.base_color.factor;
+    if is_open && let Some(Attenuation { color, distance }) = attenuation {
+        // Beer's law over the way that the file says a body is thick.
+        let left = |channel: f64| math::pow(channel.clamp(1e-6, 1.0), material.thickness / distance);
+        base_color = std::array::from_fn(|c| base_color[c] * left(color[c]));
+    }
     let coat = material.clearcoat.as_ref();
     Pbr {
-        base_color: color(within(material.base_color.factor, 1.0), material.base_color.texture),
+        base_color: color(within(base_color, 1.0), material.base_color.texture),
         metallic: number(&material.metallic, TexelChannel::B),
         roughness: number(&material.roughness, TexelChannel::G),
         normal: material.normal.map(bumps),
@@ -119,18 +128,17 @@ fn pbr(material: &ModelMaterial, sources: &[String], is_open: bool) -> Pbr {
         emissive: color(within(material.emissive.factor, MAGNITUDE), material.emissive.texture),
         opacity: opacity(material, sources),
         transmission: number(&material.transmission, TexelChannel::R),
-        thin: transmits && (!material.has_volume || is_open),
+        thin,
         ior: material.ior.clamp(1.0, 100.0),
         specular: number(&material.specular, TexelChannel::A),
         specular_color: color(within(material.specular_color.factor, MAGNITUDE), material.specular_color.texture),
         // Over more than that nothing is lost that could be seen: programs write the largest number for a clear body.
-        attenuation: material.attenuation.filter(|it| transmits && it.distance <= MAGNITUDE).map(|attenuation| {
-            d::Attenuation {
-                color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
-                distance: attenuation.distance.max(SMALLEST_LENGTH),
-            }
+        attenuation: attenuation.filter(|it| it.distance <= MAGNITUDE).map(|attenuation| d::Attenuation {
+            color: Color(DVec3::from_array(attenuation.color.map(|channel| channel.clamp(1e-6, 1.0)))),
+            distance: attenuation.distance.max(SMALLEST_LENGTH),
         }),
-        dispersion: material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)),
+        // A thin sheet bends no light.
+        dispersion: if thin { 0.0 } else { material.dispersion.min(4.0 / (material.ior - 1.0).max(1e-9)) },
         clearcoat: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.factor, TexelChannel::R)),
         clearcoat_roughness: coat.map_or(d::Channel::Value(0.0), |coat| number(&coat.roughness, TexelChannel::G)),
         clearcoat_normal: coat.and_then(|coat| coat.normal).map(bumps),
@@ -184,20 +192,28 @@ fn textured<T: d::Factor>(
     Textured { factor, image, channel, uv: texture.uv as u32, transform, wrap, enlarged }
 }
 
-/// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets.
-fn open_volumes(model: &Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
+/// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets. Seams whose ends are nearly in one place
+/// are closed.
+fn open_volumes(model: &mut Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
     let mut open = HashSet::new();
     for placement in &model.placements {
         let Some(index) = placement.material.filter(|index| !open.contains(index)) else { continue };
         let material = &model.materials[index];
-        let bends = material.has_volume && material.transmission.factor > 0.0;
-        let geometry = &model.geometries[placement.geometry];
-        if bends && !is_closed(&geometry.positions, &geometry.triangles) {
+        let bends = material.thickness > 0.0 && material.transmission.factor > 0.0;
+        let geometry = &mut model.geometries[placement.geometry];
+        if !bends || is_closed(&geometry.positions, &geometry.triangles) {
+            continue;
+        }
+        let welded = geometry.welded();
+        if is_closed(&welded, &geometry.triangles) {
+            geometry.positions = welded;
+        } else {
             open.insert(index);
         }
     }
     if !open.is_empty() {
-        let detail = "glass whose surface is not closed is taken as a thin sheet, which bends no light";
+        let detail = "glass whose surface is not closed is taken as a thin sheet, which bends no light, and absorbs as much as a way \
+                      of thicknessFactor does";
         warnings.push(warning(Subject::Approximated, "open-volume", detail));
     }
     open

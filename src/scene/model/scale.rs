@@ -75,8 +75,11 @@ fn scale_around(model: &mut Model, scale: f64) {
             lamp.intensity *= scale * scale;
         }
     }
-    for attenuation in model.materials.iter_mut().filter_map(|material| material.attenuation.as_mut()) {
-        attenuation.distance *= scale;
+    for material in &mut model.materials {
+        material.thickness *= scale;
+        if let Some(attenuation) = &mut material.attenuation {
+            attenuation.distance *= scale;
+        }
     }
 }
 

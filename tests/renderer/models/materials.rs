@@ -6,7 +6,7 @@ use strahl::models::ModelFormat;
 use strahl::scene::description::{Channel, Pbr};
 use strahl::scene::model::import;
 use strahl::scene::problem::Code;
-use strahl::scene::{Format, NoFiles, Overrides, load};
+use strahl::scene::{Files, Format, NoFiles, Overrides, load};
 
 /// A square whose material has an extension.
 fn square(name: &str, extension: Value) -> Vec<u8> {
@@ -126,4 +126,56 @@ fn numbers_that_are_too_large_look_like_the_largest() {
     assert!(clear(f64::from(f32::MAX)).attenuation.is_none());
     assert_eq!(clear(1e-30).attenuation.unwrap().distance, 1e-15);
     assert_eq!(clear(3.0).attenuation.unwrap().distance, 3.0);
+}
+
+/// A surface that is open has no inside, so its glass bends nothing, and absorbs what the file says of its thickness.
+#[test]
+fn open_glass_keeps_its_color() {
+    let mut material = matte([0.8, 0.6, 0.4]);
+    material["extensions"] = json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_dispersion": { "dispersion": 1 },
+        "KHR_materials_volume": { "thicknessFactor": 2, "attenuationDistance": 1, "attenuationColor": [0.5, 1, 0.25] }
+    });
+    let names = ["KHR_materials_transmission", "KHR_materials_dispersion", "KHR_materials_volume"];
+    let bytes = quads(&[(FRONT, material)], json!({ "extensionsUsed": names }));
+    let description = imported(&bytes, ModelFormat::Gltf, &overrides("front")).description;
+    let pbr =
+        description.materials.iter().find_map(|(_, material)| material.pbr.as_ref().filter(|pbr| pbr.thin)).unwrap();
+    let Channel::Value(color) = &pbr.base_color else { panic!("{pbr:?}") };
+    let expected = [0.8 * 0.25, 0.6, 0.4 * 0.0625];
+    assert!((0..3).all(|c| (color.0[c] - expected[c]).abs() < 1e-6), "{color:?}");
+    assert_eq!(pbr.dispersion, 0.0);
+}
+
+/// The library of a glass.
+struct Glass;
+
+impl Files for Glass {
+    fn read(&self, _: &str) -> Result<Vec<u8>, String> {
+        Ok(b"newmtl glass\nillum 7\nd 0.1\nNi 1.5\n".to_vec())
+    }
+}
+
+/// Programs compute both ends of a seam, as sin 0 and sin 2 pi, which is -2.4e-16.
+#[test]
+fn seams_that_nearly_close_are_closed() {
+    let cube = |gap: f64| {
+        let mut obj = String::from("mtllib glass.mtl\nusemtl glass\n");
+        for axis in 0..3 {
+            for side in [-1.0, 1.0] {
+                for (a, b) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                    let mut corner = [side; 3];
+                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (a * side, b);
+                    let [x, y, z] = corner.map(|x| x + if axis == 0 { gap } else { 0.0 });
+                    obj.push_str(&format!("v {x:e} {y:e} {z:e}\n"));
+                }
+                obj.push_str("f -4 -3 -2 -1\n");
+            }
+        }
+        let imported = import(ModelFormat::Obj, obj.as_bytes(), &overrides("front"), &Glass).unwrap();
+        imported.description.import_warnings.iter().any(|warning| warning.detail.contains("open-volume"))
+    };
+    for (gap, is_open) in [(0.0, false), (1e-15, false), (1e-7, false), (1e-3, true)] {
+        assert_eq!(cube(gap), is_open, "{gap}");
+    }
 }
