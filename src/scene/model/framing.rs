@@ -46,8 +46,10 @@ fn turned(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// A camera that sees all of the model around a point.
-pub(super) fn framed(model: &Placed<'_>, origin: DVec3, view: View, aspect: f64) -> Camera {
+/// A camera that sees all of the model around a point, and the middle of it `aside` of the middle of the picture, in halves of its
+/// width: by half a pixel in even widths. There the middle lies between two columns, and what is thin and upright, as the pole of a
+/// lamp is, would pass between all of their samples.
+pub(super) fn framed(model: &Placed<'_>, origin: DVec3, view: View, aspect: f64, aside: f64) -> Camera {
     let Axes { right, up, back } = Axes::of(view);
     let tall = math::tan(VERTICAL / 2.0 * PI / 180.0) * FILLED;
     let wide = tall * aspect;
@@ -64,7 +66,9 @@ pub(super) fn framed(model: &Placed<'_>, origin: DVec3, view: View, aspect: f64)
     // A flat model that is seen from its edge has no extent across.
     let extent = (near + far).max(east + west).max(north + south).max(1e-6);
     let distance = least.max(near + 1e-3 * extent);
-    let axis = origin + right * x + up * y;
+    // What is seen from its edge stays so.
+    let aside = if east + west > 1e-6 * extent { aside } else { 0.0 };
+    let axis = origin + right * (x - aside * distance * wide / FILLED) + up * y;
     let (eye, look_at) = (axis + back * distance, axis + back * ((near - far) / 2.0));
     Camera::Pinhole(PinholeCamera {
         up: upright(view, up).to_array(),
@@ -159,7 +163,7 @@ mod tests {
         for (view, aspect) in
             [("three_quarter", 1.0), ("top", 2.0), ("left", 0.25), ("-77,120", 16.0 / 9.0), ("bottom", 1.0)]
         {
-            let Camera::Pinhole(camera) = framed(&model, middle, view.parse().unwrap(), aspect) else {
+            let Camera::Pinhole(camera) = framed(&model, middle, view.parse().unwrap(), aspect, 0.0) else {
                 panic!("a pinhole")
             };
             let seen = seen(&camera, aspect, &points);
@@ -200,7 +204,7 @@ mod tests {
             let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]];
             let points = points.map(|[x, y, z]| [x + shift, y, z - 3.0 * shift]);
             let model = model(&points);
-            let Camera::Pinhole(camera) = framed(&model, middle(&model), View::default(), 1.0) else {
+            let Camera::Pinhole(camera) = framed(&model, middle(&model), View::default(), 1.0, 0.0) else {
                 panic!("a pinhole")
             };
             let moved = |[x, y, z]: [f64; 3]| DVec3::new(x - shift, y, z + 3.0 * shift);
@@ -214,7 +218,7 @@ mod tests {
     fn a_flat_model_seen_from_its_edge_is_in_front_of_the_camera() {
         let points = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]];
         let model = model(&points);
-        let Camera::Pinhole(camera) = framed(&model, middle(&model), "front".parse().unwrap(), 1.0) else {
+        let Camera::Pinhole(camera) = framed(&model, middle(&model), "front".parse().unwrap(), 1.0, 0.0) else {
             panic!("a pinhole")
         };
         assert!(camera.eye[2] > 2.0 && camera.look_at[2] == 1.0, "{camera:?}");

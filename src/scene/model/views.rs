@@ -56,9 +56,8 @@ impl Views {
         let options = &overrides.model;
         let image = self.size(overrides);
         let shown = overrides.size(image);
-        let aspect = f64::from(shown.width.max(1)) / f64::from(shown.height.max(1));
         let placed = Placed::of(&objects[..self.bodies.min(objects.len())], definitions, materials);
-        let camera = self.camera(&placed, options, aspect)?;
+        let camera = self.camera(&placed, options, shown)?;
         let [mut warnings, of_look, of_fast] = self.warnings.clone();
         if let Camera::Pinhole(camera) = &camera {
             warnings.extend(warning_of_sight(placed.sight_from(DVec3::from_array(camera.eye))));
@@ -84,17 +83,17 @@ impl Views {
         })
     }
 
-    /// Pixels across and down: what is not asked for follows the shape of the file's camera, if one of them is used.
+    /// Pixels across and down: what is not asked for follows the shape of the file's camera, if one of them is used, else of a square.
     fn size(&self, overrides: &Overrides) -> ImageSize {
         let camera = overrides.model.camera.and_then(|number| self.camera_of(number));
         // A strip is no picture.
-        let aspect = camera.and_then(|camera| camera.aspect).map(|aspect| aspect.clamp(1.0 / 16.0, 16.0));
+        let aspect = camera.and_then(|camera| camera.aspect).map_or(1.0, |aspect| aspect.clamp(1.0 / 16.0, 16.0));
         let scaled = |side: u32, by: f64| (f64::from(side) * by).round().max(1.0) as u32;
-        let (width, height) = match (overrides.width, overrides.height, aspect) {
-            (None, None, Some(aspect)) => (scaled(SIDE, aspect.min(1.0)), scaled(SIDE, (1.0 / aspect).min(1.0))),
-            (Some(width), None, Some(aspect)) => (width, scaled(width, 1.0 / aspect)),
-            (None, Some(height), Some(aspect)) => (scaled(height, aspect), height),
-            (width, height, _) => (width.unwrap_or(SIDE), height.unwrap_or(SIDE)),
+        let (width, height) = match (overrides.width, overrides.height) {
+            (None, None) => (scaled(SIDE, aspect.min(1.0)), scaled(SIDE, (1.0 / aspect).min(1.0))),
+            (Some(width), None) => (width, scaled(width, 1.0 / aspect)),
+            (None, Some(height)) => (scaled(height, aspect), height),
+            (Some(width), Some(height)) => (width, height),
         };
         ImageSize { width, height }
     }
@@ -105,13 +104,18 @@ impl Views {
     }
 
     /// The camera that is asked for, or one that sees all of the model.
-    fn camera(&self, model: &Placed<'_>, options: &ModelOptions, aspect: f64) -> Result<Camera, Problems> {
+    fn camera(&self, model: &Placed<'_>, options: &ModelOptions, shown: ImageSize) -> Result<Camera, Problems> {
+        let width = f64::from(shown.width.max(1));
+        let aspect = width / f64::from(shown.height.max(1));
         let middle = self.bounds.map_or(DVec3::ZERO, |(low, high)| (low + high) / 2.0);
         let Some(index) = options.camera else {
             let view = options.view.unwrap_or_default();
             return Ok(match self.bounds.filter(|_| options.around == Some(true)) {
                 Some(bounds) => framing::framed_around(model, bounds, view, aspect),
-                None => framing::framed(model, middle, view, aspect),
+                None => {
+                    let aside = if shown.width.is_multiple_of(2) { 1.0 / width } else { 0.0 };
+                    framing::framed(model, middle, view, aspect, aside)
+                }
             });
         };
         match self.camera_of(index) {

@@ -400,3 +400,27 @@ fn what_turns_its_back_is_said() {
         assert_eq!((warned, empty), (is_unseen, is_unseen), "{node} {material} {view}");
     }
 }
+
+/// The pole of a lamp stands on the model's axis, and is narrower than a pixel: between two columns all samples would miss it.
+#[test]
+fn what_is_thin_and_upright_is_seen() {
+    let dark = || matte([0.0; 3]);
+    let pole = [[-0.008, -1.0, 0.0], [0.008, -1.0, 0.0], [0.008, 1.0, 0.0], [-0.008, 1.0, 0.0]];
+    let foot = [[-1.0, -1.1, 0.0], [1.0, -1.1, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]];
+    let bytes = quads(&[(pole, dark()), (foot, dark())], json!({}));
+    let seen = seen(&bytes, Format::Gltf, &overrides("front"));
+    let of_row = |y: u32| (0..SIDE).map(|x| seen.at(x, y).1).sum::<f32>();
+    let rows = (0..SIDE).filter(|y| of_row(*y) > 0.4).count();
+    assert!(rows > 70, "{rows} rows show the pole");
+}
+
+/// A side that nobody asked for is that of a square.
+#[test]
+fn one_side_is_enough() {
+    let bytes = quads(&[(FRONT, matte([0.8; 3]))], json!({}));
+    for (width, height, expected) in [(None, None, [512; 2]), (Some(100), None, [100; 2]), (None, Some(64), [64; 2])] {
+        let overrides = Overrides { width, height, ..Overrides::default() };
+        let image = imported(&bytes, ModelFormat::Gltf, &overrides).description.image;
+        assert_eq!([image.width, image.height], expected);
+    }
+}
