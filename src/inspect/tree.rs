@@ -426,6 +426,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
             NotFollowed::Depth => "depth",
             NotFollowed::Weight => "weight",
             NotFollowed::Budget => "budget",
+            NotFollowed::Roulette => "roulette",
         };
         let weight = wide(weight);
         if let Some(node) = self.node(ray) {

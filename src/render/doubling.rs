@@ -202,15 +202,15 @@ impl<R: KernelFormat> Patch<'_, R> {
     fn compare(&mut self, at: &[[u32; 2]]) {
         let (around, sums, world) = (self.around, &self.sums, self.job.world);
         let codes = |(light, clear): ([f64; 3], f64)| {
-            let light = light.map(|c| c as f32);
+            let (light, clear) = (light.map(|c| c as f32), clear as f32);
             let over_black = world.display.fine_codes(light, [0.0; 3]);
-            if !world.transparent {
-                return [over_black; 2];
-            }
-            // As antialiasing does.
-            let (behind, weight) = world.display.backdrop().map_or(([1.0; 3], 0.5), |behind| (behind, 1.0));
-            let seen = behind.map(|channel| channel * clear as f32);
-            [over_black, world.display.fine_codes(light, seen).map(|code| weight * code)]
+            let with_behind = match world.display.backdrop() {
+                _ if !world.transparent => over_black,
+                Some(behind) => world.display.fine_codes(light, behind.map(|channel| channel * clear)),
+                // Alpha is a channel as the others are: pages blend its codes.
+                None => [255.0 * clear; 3],
+            };
+            [over_black, with_behind]
         };
         let difference = |at: &[u32; 2]| {
             let sums = &sums[around.index(*at)];

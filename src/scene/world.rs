@@ -42,6 +42,8 @@ pub struct World<R> {
     pub fog: Option<Fog<R>>,
     /// Whether the camera sees nothing where nothing is, directly or through bodies, in place of the background.
     pub transparent: bool,
+    /// The radiance of the color behind a transparent background, if one is known.
+    pub behind: Option<[R; 3]>,
     /// How light becomes colors.
     pub display: Display,
     /// The environment map, which replaces the background, if there is one.

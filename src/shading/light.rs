@@ -1,6 +1,7 @@
 //! Light sources: direction and irradiance factor at a point.
 
 use crate::lanes::{Lanes, Real, V3, circle};
+use std::f64::consts::FRAC_1_PI;
 
 /// Largest factor of an inverse-square light: a point beside the light is bright, not infinite.
 const MAX_STRENGTH: f64 = 1e15;
@@ -107,6 +108,35 @@ impl<R: Real> Light<R> {
             Source::Point { position } | Source::Spot { position, .. } => Place::Point(V3::splat(s, position)),
             Source::Directional { to_light } => Place::Sky(V3::splat(s, to_light)),
         }
+    }
+
+    /// Of a disc in the sky, the direction of its middle and the tangent of half its angle.
+    pub fn sky_disc(&self) -> Option<([R; 3], R)> {
+        match (self.source, self.area) {
+            (Source::Directional { to_light }, Some(Area::Disc { radius })) => Some((to_light, radius)),
+            _ => None,
+        }
+    }
+
+    /// How likely [`Self::place`] chooses a direction of a disc in the sky, by solid angle: 1 / (pi tan^2 cos^3), and 0 beside it.
+    #[inline(always)]
+    pub fn density_in_the_sky<L: Lanes<Real = R>>(&self, s: L::Simd, dir: V3<L>) -> L {
+        let zero = L::lit(s, 0.0);
+        let Some((to_light, radius)) = self.sky_disc() else { return zero };
+        let middle = V3::<L>::splat(s, to_light);
+        let (along, across, radius) = (middle.dot(dir), middle.cross(dir), L::splat(s, radius));
+        // The sine does not cancel in narrow discs.
+        let inside = along.gt(zero) & across.dot(across).le(radius * radius * along * along);
+        L::select(inside, L::lit(s, FRAC_1_PI) / (radius * radius * along * along * along), zero)
+    }
+
+    /// The radiance at the rim of a disc in the sky, where it is highest.
+    pub fn brightest_in_the_sky(&self) -> Option<[f64; 3]> {
+        let (_, radius) = self.sky_disc()?;
+        let square = radius.to_f64() * radius.to_f64();
+        // White scatters 1/pi of what arrives, and shows the color of the light.
+        let radiance = crate::math::pow(1.0 + square, 1.5) / square;
+        Some(self.color.map(|channel| channel.to_f64() * radiance))
     }
 
     /// Maps a point (a, b) of the unit square to a place on the light's area, seen from `point`.

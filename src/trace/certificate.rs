@@ -153,17 +153,25 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     }
 
     /// Adds what rays of some lanes see of a transparent background: the mean of the channels of what its light is multiplied with.
+    /// Over a color that is known it is the least of them, and what colored glass lets through beyond that is light.
     #[inline(never)]
-    pub(super) fn see_through(&mut self, lanes: u32, weight: V3<L>) {
+    pub(super) fn see_through(&mut self, lanes: u32, weight: V3<L>) -> V3<L> {
         L::vectorize(
             self.s,
             #[inline(always)]
             || {
                 let clear = self.certificate.clear;
-                let share = (weight.x + weight.y + weight.z) * L::lit(self.s, 1.0 / 3.0);
+                let mut share = (weight.x + weight.y + weight.z) * L::lit(self.s, 1.0 / 3.0);
+                let mut beyond = V3::splat(self.s, [L::Real::default(); 3]);
+                if let Some(color) = self.world.behind {
+                    share = weight.x.min(weight.y).min(weight.z);
+                    beyond = V3 { x: weight.x - share, y: weight.y - share, z: weight.z - share };
+                    beyond = beyond.times(V3::splat(self.s, color));
+                }
                 self.certificate.clear = L::select(L::mask(self.s, lanes), clear + share, clear);
+                beyond
             },
-        );
+        )
     }
 
     /// The share of a transparent background that rays of a weight and a depth can see.

@@ -61,7 +61,7 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
     if traced {
         tracer.cones.chosen(cosine * L::lit(s, 1.0 / PI));
     }
-    tracer.push(RayPacket {
+    tracer.send(RayPacket {
         origin: hits.surface.leave(hits.ng),
         dir: dir.normalized(s),
         t_min: zero,

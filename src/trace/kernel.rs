@@ -23,6 +23,7 @@ use super::pixel_sum::PixelSum;
 use super::proof::{BatchProof, thresholds};
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
+use super::roulette::Roulette;
 use super::sampled_light::{light_looked_for, share_of_glow, share_of_surroundings};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
@@ -70,6 +71,8 @@ pub struct Tracer<'a, L: Lanes, O, V = General> {
     pub counts: RayCounts,
     /// Those of each sample of the batch, if asked for.
     pub(crate) lane_counts: Option<Box<LaneCounts>>,
+    /// Which children of the current rays are followed, where that is drawn.
+    pub(super) roulette: Roulette<L>,
     /// Rays of each sample in this round: whole numbers that every format holds.
     pub(super) followed: L,
     /// What a packet counts for between two checks for cancellation: each light takes a step.
@@ -111,6 +114,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             proof: BatchProof::new(),
             counts: RayCounts::default(),
             lane_counts: None,
+            roulette: Roulette::off(s),
             followed: L::lit(s, 0.0),
             steps: 1 + world.lights.len() as u32,
             sampler: Sampler::default(),
@@ -184,6 +188,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if seen != active {
             // Beyond the circle of a dome there is no scene.
             if self.is_transparent() {
+                // All of it: nothing is in between.
                 self.see_through(active & !seen, weight);
             }
             if O::WATCHING {
@@ -270,6 +275,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
+        if V::DETAILS {
+            self.begin_roulette(rays);
+        }
         let mut cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
@@ -296,12 +304,18 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         let found = hits.found;
         let missed = rays.active & !found;
         if missed != 0 {
-            let background = rays.weight.times(self.surroundings(rays, missed));
+            let background = if rays.straight && self.is_transparent() {
+                self.see_through(missed, rays.weight)
+            } else {
+                rays.weight.times(self.surroundings(rays, missed))
+            };
             let background = self.bounded(if V::DETAILS { own + background } else { background });
+            let background = if V::DETAILS && self.world.effects.has(Effect::GlobalIllumination) {
+                self.bounded(background + rays.weight.times(self.lamps_seen(rays, missed)))
+            } else {
+                background
+            };
             sum.add(s, missed, background);
-            if rays.straight && self.is_transparent() {
-                self.see_through(missed, rays.weight);
-            }
             if O::WATCHING {
                 self.observer.contributes(number, background);
             }
@@ -422,9 +436,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     /// Radiance of the surroundings, for rays of some lanes that hit nothing.
     #[inline(always)]
     fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
-        if rays.straight && self.is_transparent() {
-            return V3::splat(self.s, [L::Real::from_f64(0.0); 3]);
-        }
         if V::DETAILS
             && let Some(environment) = &self.world.environment
         {

@@ -8,8 +8,10 @@ use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
+use super::soft_lamps::CERTAIN;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
+use crate::scene::effects::Effect;
 use crate::shading::lobes::Lobes;
 use crate::shading::microfacet::{unhidden, visible_facet};
 use crate::shading::optics::reflect;
@@ -60,11 +62,11 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             let dir = dir.normalized(s);
             let above = dir.dot(hits.ng).gt(zero) & (dir.dot(n).gt(zero) | even);
             let mut density = zero;
-            if rough.any() {
-                density = L::select(rough, lobes.likely_of_lacquer(s, dir, to_eye), zero);
+            if tracer.world.effects.has(Effect::GlobalIllumination) {
+                density = L::select(rough, lobes.likely_of_lacquer(s, dir, to_eye), L::lit(s, CERTAIN));
             }
             tracer.cones.chosen(density);
-            tracer.push(RayPacket {
+            tracer.send(RayPacket {
                 origin: hits.surface.leave(hits.ng),
                 dir,
                 t_min: zero,

@@ -14,6 +14,8 @@ pub enum NotFollowed {
     Weight,
     /// The sample has reached the limit on rays.
     Budget,
+    /// Others stand for it (`roulette.rs`).
+    Roulette,
 }
 
 /// The angles of Snell's law at a surface, of lane 0.

@@ -55,7 +55,7 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
                     parent: number,
                     ..*rays
                 };
-                tracer.push(on);
+                tracer.send(on);
                 tracer.cones.next = next;
             }
             hits.found &= !(opacity.le(L::lit(s, 0.0)).bits() & open);

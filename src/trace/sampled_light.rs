@@ -40,7 +40,7 @@ struct Chosen<L: Lanes> {
 
 /// The share of the one way to find a light of which both may find it.
 #[inline(always)]
-fn share<L: Lanes>(density: L, other: L) -> L {
+pub(super) fn share<L: Lanes>(density: L, other: L) -> L {
     density / (density + other)
 }
 

@@ -39,6 +39,8 @@ pub enum Choice {
     Emitter,
     /// Whether a facet counts from which others hide the light.
     Hidden,
+    /// Whether a ray is followed.
+    Roulette,
 }
 
 impl Choice {
@@ -55,6 +57,7 @@ impl Choice {
             Self::Surroundings => u32::MAX - 1,
             Self::Emitter => u32::MAX - 2,
             Self::Hidden => u32::MAX - 3,
+            Self::Roulette => u32::MAX - 4,
         }
     }
 }

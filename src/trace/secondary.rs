@@ -9,6 +9,7 @@ use super::kernel::{Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
+use super::soft_lamps::CERTAIN;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
@@ -233,14 +234,15 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         if V::DETAILS {
             tracer.cones.next = tracer.cones.mirrored(s, curvature);
-            if rough != 0
-                && let Some(lobes) = lobes
+            if let Some(lobes) = lobes
+                && tracer.world.effects.has(Effect::GlobalIllumination)
             {
                 let density = lobes.likely(s, hits.ns, dir, -rays.dir);
-                tracer.cones.chosen(L::select(L::mask(s, rough & lobes.lanes), density, zero));
+                let density = L::select(L::mask(s, rough), density, L::lit(s, CERTAIN));
+                tracer.cones.chosen(L::select(L::mask(s, lobes.lanes), density, zero));
             }
         }
-        tracer.push(RayPacket {
+        tracer.send(RayPacket {
             origin: hits.surface.leave(hits.ng),
             dir: dir.normalized(s),
             t_min: zero,
@@ -262,7 +264,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         if V::DETAILS {
             tracer.cones.next = through;
         }
-        tracer.push(transmitted);
+        tracer.send(transmitted);
     }
     layer
 }

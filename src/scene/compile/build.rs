@@ -111,6 +111,7 @@ pub(super) fn build<R: Real>(
         ambient_of_catchers: narrow_rgb(if faithful { around } else { ambient }),
         background: narrow_rgb(background),
         transparent: description.film.background != d::FilmBackground::Scene,
+        behind: display(&description.film).radiance_behind().map(|color| color.map(R::from_f64)),
         display: display(&description.film),
         environment,
         surroundings,

@@ -151,6 +151,9 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
     };
     // Scattered light is gathered by a ray.
     let sends = if world.rules.traces_light() { sends + diffuse } else { sends };
+    // A ray that stands for others weighs as much as its parent (`roulette.rs`).
+    let is_drawn = world.rules.traces_light() && world.has_material(|material, _| material.pbr.is_some());
+    let sends = if is_drawn { sends.max(Rgb::ONE) } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 
@@ -181,8 +184,12 @@ fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         }
     }
     let sends = if material.mirrors() || material.transmits() { Rgb::ONE } else { Rgb::ZERO };
-    // A facet whose color is brighter than its index of refraction lets what is below have its mean share.
-    let is_bright = material.pbr.as_ref().is_some_and(|pbr| pbr.specular_color.factor.iter().any(|c| *c > 1.0));
+    // A facet whose color is brighter than its index of refraction lets what is below have its mean share; and where it has a color of its
+    // own, what it sends and what is below may be most in other channels, so a ray may have two children that stand for others.
+    let is_bright = material.pbr.as_ref().is_some_and(|pbr| {
+        let of = &pbr.specular_color;
+        of.texel.is_some() || of.factor.iter().any(|c| *c > 1.0 || *c != of.factor[0])
+    });
     let sends = if is_bright && world.rules.traces_light() { sends * 2.0 } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
@@ -223,6 +230,12 @@ fn background<R: Real>(world: &World<R>) -> Rgb {
     }
     if let Some(fog) = &world.fog {
         most = most.max(wide(fog.color));
+    }
+    if let Some(behind) = world.behind {
+        most = most.max(wide(behind));
+    }
+    if world.rules.traces_light() {
+        most += world.lights.iter().filter_map(Light::brightest_in_the_sky).map(Rgb::from_array).sum::<Rgb>();
     }
     most
 }

@@ -146,7 +146,7 @@ fn shining<R: Real>(material: &Material<R>) -> Material<R> {
 
 /// A dark world in which some items of the scene itself shine, and their placed geometries.
 fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> {
-    let mut world = World { display: Display::default(), transparent: false, ..world.clone() };
+    let mut world = World { display: Display::default(), transparent: false, behind: None, ..world.clone() };
     (world.background, world.environment) = (black(), None);
     (world.ambient, world.surroundings, world.lights) = (black(), None, Vec::new());
     for material in &mut world.materials {

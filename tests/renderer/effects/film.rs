@@ -238,7 +238,7 @@ fn file_codes(film: &Film) -> Vec<u8> {
 
 #[test]
 fn what_is_proved_holds_for_alpha_and_backdrops() {
-    let sheets = |diffuse: f64, transmission: f64| {
+    let sheets = |diffuse: f64, transmission: Value| {
         json!({
             "version": 1, "image": { "width": 24, "height": 18 }, "background": 0.3,
             "camera": { "pinhole": { "eye": [0, 0.5, 5], "look_at": [0, 0, 0] } },
@@ -259,9 +259,13 @@ fn what_is_proved_holds_for_alpha_and_backdrops() {
         json!({ "background": { "color": [1, 1, 1] } }),
         json!({ "background": { "color": [1, 1, 1] }, "exposure": -3, "tone": "agx" }),
     ];
+    let transmissions = |share: f64| [json!(share), json!([share, 0.3 * share, 0.8 * share])];
     let mut differing = 0;
-    for (film, [diffuse, transmission]) in films.iter().flat_map(|film| [[0.0, 0.7], [0.3, 0.5]].map(|m| (film, m))) {
-        let mut description = sheets(diffuse, transmission);
+    let materials = [[0.0, 0.7], [0.3, 0.5]].map(|[diffuse, share]| transmissions(share).map(|share| (diffuse, share)));
+    for (film, (diffuse, transmission)) in
+        films.iter().flat_map(|film| materials.as_flattened().iter().map(move |material| (film, material)))
+    {
+        let mut description = sheets(*diffuse, transmission.clone());
         description["film"] = film.clone();
         let render = |accuracy: Value, depth: u32, weight: f64| {
             let fixed = accuracy.get("fixed").is_some();
@@ -288,6 +292,40 @@ fn what_is_proved_holds_for_alpha_and_backdrops() {
         }
     }
     assert!(differing > 20, "{differing}");
+}
+
+/// Colored glass over a color that is known shows the color of its own background, not a grey.
+#[test]
+fn glass_colors_what_is_behind_it() {
+    for material in [
+        json!({ "pbr": { "base_color": [0.9, 0.8, 0.2], "metallic": 0, "roughness": 0, "transmission": 1, "thin": true } }),
+        json!({ "diffuse": [0.1, 0, 0], "transmission": [0.8, 0.5, 0.1] }),
+    ] {
+        let pane = |background: Value, film: Value| {
+            json!({
+                "version": 1, "image": { "width": 4, "height": 4 }, "ambient": 1, "lights": [], "background": background, "film": film,
+                "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 1 } },
+                "materials": { "it": material },
+                "objects": [{ "quad": { "vertices": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], "material": "it" } }]
+            })
+        };
+        for (color, stops) in [([1.0, 1.0, 1.0], 0), ([1.0, 0.0, 0.0], 0), ([0.2, 0.7, 0.4], 1)] {
+            for precision in ["single", "double"] {
+                let over = pane(json!(0), json!({ "background": { "color": color }, "exposure": stops }));
+                let seen =
+                    pane(json!(color.map(|channel| channel / f64::from(1 << stops))), json!({ "exposure": stops }));
+                let [over, seen] = [over, seen].map(|it| picture(&scene(it, precision)).film.shown().into_owned());
+                let is_pbr = material.get("pbr").is_some();
+                for (a, b) in over.iter().zip(&seen) {
+                    for c in 0..3 {
+                        // What the sheet itself mirrors of a background, 4 %, is black in the one.
+                        let mirrored = if is_pbr { 0.04 * color[c] as f32 } else { 0.0 };
+                        assert!((a[c] + mirrored - b[c]).abs() < 1e-3, "{material} {color:?}: {over:?} {seen:?}");
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// A lamp that clear glass mirrors is brighter than the glass is opaque. Over black it is as bright as without alpha, over a color

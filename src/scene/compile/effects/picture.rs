@@ -11,7 +11,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::new(Effect::Instancing, |world| world.usage.placed, instancing),
         Rule::new(Effect::SpecialProjection, |world| !world.camera.is_pinhole(), projection),
         Rule::new(Effect::AlphaChannel, |world| world.transparent, alpha_channel)
-            .without(|world| world.transparent = false),
+            .without(|world| (world.transparent, world.behind) = (false, None)),
         Rule::new(Effect::ToneMapping, |world| !world.display.is_plain(), tone_mapping)
             .without(|world| world.display = Display::default()),
         Rule::new(Effect::DoublePrecision, |_| R::ROUNDOFF < f64::from(f32::EPSILON) / 4.0, double_precision),

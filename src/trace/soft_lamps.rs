@@ -1,0 +1,79 @@
+//! Lamps in the sky that are more than a point, on lobes, where light is traced. A point of the lamp finds wide lobes, and a ray of a
+//! narrow lobe finds the lamp: each counts its share of what both may find, by the balance heuristic (`sampled_light.rs`). A highlight
+//! on lacquer would be speckled by points of the lamp alone.
+
+use super::hits::Hits;
+use super::kernel::Tracer;
+use super::observer::Observer;
+use super::ray_packet::{RayKind, RayPacket};
+use super::sampled_light::share;
+use super::variants::Variant;
+use crate::lanes::{Lanes, Mask, V3};
+use crate::scene::effects::Effect;
+use crate::scene::world::World;
+use crate::shading::light::Light;
+use crate::shading::lobes::{Lobes, limited};
+use crate::shading::material::Coefficients;
+use std::f64::consts::PI;
+
+/// The density of rays that a mirror sends into their only direction: nothing else may find what they do.
+pub(super) const CERTAIN: f64 = 1e30;
+
+/// Whether rays of lobes look for the light themselves.
+pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) -> bool {
+    world.effects.has(Effect::GlobalIllumination) && world.rules.shadows.is_some() && light.sky_disc().is_some()
+}
+
+/// What lobes reflect of a point of a lamp, as `Lobes::reflected` says, without the share that their rays find.
+#[inline(never)]
+pub(super) fn reflected_of_soft<L: Lanes>(
+    s: L::Simd,
+    light: &Light<L::Real>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    lobes: &Lobes<L>,
+    to_light: V3<L>,
+    cosine: L,
+) -> V3<L> {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            let density = light.density_in_the_sky(s, to_light);
+            let [own, over] = lobes.glances(s, hits.ns, to_light, -rays.dir, cosine);
+            let diffuse = coefficients.diffuse * cosine.max(L::lit(s, 0.0));
+            let own = own.reflected * share(density, own.density);
+            let over = over.reflected * share(density, over.density);
+            let all = diffuse + own + over;
+            if rays.kind == RayKind::Camera { all } else { limited(s, all) }
+        },
+    )
+}
+
+impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
+    /// Radiance of the lamps that rays of lobes see, of some lanes that hit nothing.
+    #[inline(never)]
+    pub(super) fn lamps_seen(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                let (s, zero) = (self.s, L::lit(self.s, 0.0));
+                let mut seen = V3 { x: zero, y: zero, z: zero };
+                let densities = self.cones.densities();
+                let chosen = densities.gt(zero) & L::mask(s, missed);
+                if rays.kind != RayKind::Reflected || !chosen.any() {
+                    return seen;
+                }
+                for light in self.world.lights.iter().filter(|light| is_seen::<L>(self.world, light)) {
+                    let density = light.density_in_the_sky(s, rays.dir);
+                    let part = L::select(chosen & density.gt(zero), density * share(densities, density), zero);
+                    // White scatters 1/pi of what arrives, and shows the color of the light.
+                    seen = seen + V3::splat(s, light.color) * (part * L::lit(s, PI));
+                }
+                seen
+            },
+        )
+    }
+}
