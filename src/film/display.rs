@@ -48,10 +48,24 @@ impl Display {
         self.backdrop
     }
 
+    /// The radiance that is shown as that color, but for the tone curve.
+    pub(crate) fn radiance_behind(&self) -> Option<[f64; 3]> {
+        self.backdrop.map(|color| color.map(|channel| f64::from(channel) / self.gain))
+    }
+
     /// Whether radiance is shown as it is.
     #[inline(always)]
     pub fn is_plain(&self) -> bool {
         self.gain == 1.0 && self.tone == ToneMapping::None
+    }
+
+    /// An upper estimate of the nanoseconds of one thread for a pixel.
+    pub fn nanoseconds(&self) -> f64 {
+        match self.tone {
+            ToneMapping::None => 0.0,
+            ToneMapping::KhronosPbrNeutral => 30.0,
+            ToneMapping::Agx => 150.0,
+        }
     }
 
     /// Whether twice the radiance is shown as twice the light.

@@ -7,7 +7,7 @@ use crate::service::scheduler::pool::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
-use strahl::film::{Adjustment, Codes, FileFormat, Region, encode_exr_with};
+use strahl::film::{Adjustment, Codes, Display, FileFormat, Region, encode_exr_with};
 use strahl::plan::pilot::Effort;
 use strahl::render::{
     Cancelled, Control, Layers, Picture, Stop, Watcher, render_layers, render_watched, render_window,
@@ -162,7 +162,7 @@ pub(crate) fn trace<T: Send>(
     let until = |stop: Stop| render_watched(scene, window, region, control, stop, watcher);
     match ready.render.accuracy() {
         Accuracy::Time(Time { ms }) => {
-            let tracing = (ms - file_ms(region, format, workers.threads())).max(0.0);
+            let tracing = (ms - file_ms(region, format, scene.display(), workers.threads())).max(0.0);
             let end = began + Duration::from_secs_f64(tracing / 1e3);
             workers.work_until(end, || finished(until(Stop::At(end))))
         }
@@ -181,10 +181,12 @@ pub(crate) fn note(error: &ErrorBounds, replay: &Replay) -> String {
 
 /// Upper estimate of the milliseconds from the last ray to the end of the file: filling in and judging the pixels of a region
 /// on all threads, and writing the file on one.
-fn file_ms(region: Region, format: FileFormat, threads: usize) -> f64 {
+fn file_ms(region: Region, format: FileFormat, display: &Display, threads: usize) -> f64 {
     let file = match format {
         FileFormat::Png8 => 25.0,
         _ => 100.0,
     };
-    1.5 + region.pixels() as f64 * (file + 30.0 / threads as f64) * 1e-6
+    // Its pixels go through the tone curve for the last look at the picture and for the file.
+    let shared = 30.0 + 2.0 * display.nanoseconds();
+    1.5 + region.pixels() as f64 * (file + shared / threads as f64) * 1e-6
 }
