@@ -28,6 +28,9 @@ use tokio::runtime::Handle;
 /// Frames of one answer: one for each degree.
 pub(crate) const FRAMES: u32 = 360;
 
+/// Most frames of an animation in a second.
+const RATE: u32 = 100;
+
 /// Whether a request asks for one.
 pub(crate) fn is_asked(uri: &Uri) -> bool {
     let names = uri.query().unwrap_or_default().split('&').map(|pair| pair.split('=').next().unwrap_or_default());
@@ -40,11 +43,13 @@ pub(crate) struct Asked {
     count: u32,
     across: Option<u32>,
     format: AnimationFormat,
+    /// Frames a second, if it says so.
+    rate: Option<u32>,
 }
 
-/// Reads `turntable`, `sheet` and `format`.
+/// Reads `turntable`, `sheet`, `rate` and `format`.
 pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Problem> {
-    let (count, sheet) = parameters(query);
+    let (count, sheet, rate) = parameters(query);
     query.refuse("bits", "a turntable has none, its pictures are of 8 bits: leave it out");
     query.refuse("quality", "a turntable has none, it loses nothing: leave it out");
     query.refuse("layers", "a turntable has none: ask for them without it, with format=exr");
@@ -67,20 +72,24 @@ pub(crate) fn asked(query: &mut Query, headers: &HeaderMap) -> Result<Asked, Pro
     {
         query.wrong("sheet", "out-of-range", format!("{columns}x{rows} has no room for {count} pictures"));
     }
-    Ok(Asked { count, across: sheet.map(|[columns, _]| columns), format })
+    Ok(Asked { count, across: sheet.map(|[columns, _]| columns), format, rate })
 }
 
 /// The parameters that only turntables have.
-pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>) {
+pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>, Option<u32>) {
     let about = "So many pictures from all around, in one answer: an animated PNG, WebP or GIF, or a contact sheet.";
     let count = query.count("turntable", about, FRAMES);
     let about = "A contact sheet of a turntable instead, as COLUMNSxROWS.";
-    (count, query.sheet("sheet", about))
+    let sheet = query.sheet("sheet", about);
+    let about = "Frames of a turntable's animation in a second. Default: 24.";
+    (count, sheet, query.count("rate", about, RATE))
 }
 
 /// Refuses what belongs to a turntable, where none is asked for.
 pub(crate) fn refuse_without(query: &mut Query) {
-    query.refuse("sheet", "it belongs to a turntable: add turntable=COUNT");
+    for name in ["sheet", "rate"] {
+        query.refuse(name, "it belongs to a turntable: add turntable=COUNT");
+    }
 }
 
 /// The animation or the sheet; or the job, if it is not done in time.
@@ -90,7 +99,9 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     let headers = request.headers().clone();
     let query = request.uri().query().unwrap_or_default().to_owned();
     let read = scene_request::read(&app, request, asked).await?;
-    let SceneRequest { form, mut overrides, extra: Asked { count, across, format }, tenant, method, body, .. } = read;
+    let SceneRequest {
+        form, mut overrides, extra: Asked { count, across, format, rate }, tenant, method, body, ..
+    } = read;
     let is_model = matches!(form, Form::Whole(format) if format.is_model());
     overrides.model.around = is_model.then_some(true);
     let base = if let Form::Variation(base) = &form { base.as_bytes() } else { b"" };
@@ -106,6 +117,9 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
         (claim_in_turn(&app, &tenant, &key, &hash).await?, body)
     };
     let has_ended = |job: &Job| matches!(job.record().state, State::Failed | State::Canceled | State::Expired);
+    let mut frames = Sequence::turntable(count);
+    frames.rate = rate.map_or(frames.rate, f64::from);
+    let frames = if is_model { frames.of_model() } else { frames };
     let job = match claimed {
         Claimed::Before(job) if !has_ended(&job) && job.waiters.join() => {
             drop(body);
@@ -116,7 +130,7 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
             let wanted = WantedJob {
                 scene: body,
                 form,
-                frames: Some(if is_model { Sequence::turntable(count).of_model() } else { Sequence::turntable(count) }),
+                frames: Some(frames),
                 overrides,
                 output: FileFormat::Png8,
                 priority: PRIORITY,

@@ -129,6 +129,10 @@ fn a_model_is_seen_from_all_around() {
         warnings.contains("GIF has 256 colors a picture: up to ") && warnings.contains(" in the mean"),
         "{warnings}"
     );
+    let slow = of_model(&service, "turntable=2&width=16&height=16&rate=5", &cube).body;
+    let control = slow.windows(4).position(|name| name == b"fcTL").unwrap() + 4;
+    let delay = [20, 22].map(|at| u16::from_be_bytes([slow[control + at], slow[control + at + 1]]));
+    assert_eq!(delay[0] * 5, delay[1], "frames are shown for a fifth of a second");
     let sheet = of_model(&service, "turntable=4&width=24&height=24&sheet=2x2", &cube);
     assert_eq!((sheet.status, sheet.header("content-type")), (200, "image/png"));
     let [width, height] = [sheet.picture().width(), sheet.picture().height()];
@@ -139,8 +143,9 @@ fn a_model_is_seen_from_all_around() {
     of_model(&service, "turntable=4&sheet=1x3", &cube).problem(400, "invalid-parameter");
     of_model(&service, "turntable=1000", &cube).problem(400, "invalid-parameter");
     let wrong = |query: &str| of_model(&service, query, &cube).problem(400, "invalid-parameter")["detail"].to_string();
-    let alone = wrong("sheet=2x2");
-    assert!(alone.contains("belongs to a turntable") && !alone.contains("no parameter"), "{alone}");
+    for alone in ["sheet=2x2", "rate=5"].map(wrong) {
+        assert!(alone.contains("belongs to a turntable") && !alone.contains("no parameter"), "{alone}");
+    }
     for other in ["bits=16", "quality=50", "layers=normal"] {
         let said = wrong(&format!("turntable=2&{other}"));
         assert!(said.contains("a turntable has none") && !said.contains("no parameter"), "{said}");
