@@ -120,6 +120,12 @@ const host = http.createServer((request, response) => {
   if (pathname === "/watch.js") return response.end(watch);
   if (pathname === "/hasty.js") return response.end("const real = setTimeout; window.setTimeout = (run, ms) => real(run, ms / 20);");
   if (pathname === "/scene.json") return response.end(JSON.stringify(scene));
+  if (pathname === "/models/Box.glb" || pathname === "/models/cube.obj") {
+    // As a plain file server has them, which knows neither.
+    response.setHeader("content-type", "text/plain");
+    return response.end(fs.readFileSync(path.join("tests/inputs/models", pathname.endsWith(".obj") ? "obj" : "", path.basename(pathname))));
+  }
+  if (pathname === "/fbx") return response.end("Kaydara FBX Binary");
   const file = pathname.startsWith("/client/") ? path.join("clients/js/src", path.basename(pathname)) : path.join(example, path.normalize(pathname));
   if (!fs.existsSync(file)) return response.writeHead(404).end();
   const text = fs.readFileSync(file, "utf8").replaceAll("http://127.0.0.1:8080", `${through}/open`);
@@ -311,6 +317,21 @@ const flows = {
     await show(mine("p", `open" scene="/scene.json" width="320" height="240"`));
     await done("p");
     assert.equal((await last("done", "p")).width, 320);
+  },
+  async "a model by its address, and what is neither is refused in plain words"() {
+    for (const name of ["Box.glb", "cube.obj"]) {
+      await show(mine("p", `open" scene="/models/${name}" width="320" height="240"`));
+      await done("p");
+      const { width, height, image } = await last("done", "p");
+      assert.deepEqual([width, height, typeof image], [320, 240, "string"]);
+    }
+    await show(mine("p", `open" scene="/fbx" width="320" height="240"`));
+    assert.equal((await failed("p")).message, "this is FBX, which strahl does not read: convert it to glTF (.glb)");
+    await show(mine("p", `open" scene="/watch.js" width="320" height="240"`));
+    const { message } = await failed("p");
+    // The words on the page; those of the service are for who wrote it.
+    assert.equal((await boxes("p")).says, "no scene, no model");
+    return message;
   },
   async "a scene that takes long becomes a job, which ends with its element"() {
     await show(mine("p", `open" width="1200" height="900"`).replace("></", `><script type="application/json">${JSON.stringify(long)}</script></`));

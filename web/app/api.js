@@ -12,16 +12,10 @@ export class Problem extends Error {
   constructor(status, document, retryAfter) {
     super(document.detail ?? document.title ?? `the service answered ${status}`);
     this.status = status;
-    /** @type {string} */
-    this.type = document.type ?? "";
-    /** @type {string} */
-    this.title = document.title ?? "";
     /** @type {SceneProblem[]} */
     this.errors = document.errors ?? [];
     /** Seconds after which the service may take it, or 0. */
     this.retryAfter = retryAfter;
-    /** The whole document. */
-    this.document = document;
   }
 }
 
@@ -29,15 +23,10 @@ export class Problem extends Error {
 export class Unreachable extends Error {}
 
 /**
- * @typedef {object} Options
- * @property {string} [method]
- * @property {string | Blob | Uint8Array<ArrayBuffer>} [body]
- * @property {string} [type] media type of the body
- * @property {Record<string, string | number | undefined>} [query]
- * @property {Record<string, string>} [headers]
- * @property {string} [accept]
- * @property {AbortSignal} [signal]
- * @property {RequestPriority} [priority]
+ * @typedef {{ method?: string, body?: string | Blob | FormData | Uint8Array<ArrayBuffer>, type?: string,
+ *   query?: Record<string, string | number | undefined>, headers?: Record<string, string>, accept?: string,
+ *   signal?: AbortSignal, priority?: RequestPriority }} Options
+ * `type`: media type of the body
  */
 
 /** The address of a path of the service, beside this page. @param {string} path @param {Options["query"]} [query] */
@@ -91,13 +80,13 @@ export async function whole(read, signal) {
   }
 }
 
-/** Asks for JSON. @param {string} path @param {Options} [options] @returns {Promise<any>} */
+/** @param {string} path @param {Options} [options] @returns {Promise<any>} */
 export const askJson = async (path, options) => whole((await ask(path, { accept: "application/json", ...options })).json(), options?.signal);
 
-/** Asks for text. @param {string} path @param {Options} [options] */
+/** @param {string} path @param {Options} [options] */
 export const askText = async (path, options) => whole((await ask(path, options)).text(), options?.signal);
 
-/** Asks for a file. @param {string} path @param {Options} [options] */
+/** @param {string} path @param {Options} [options] */
 export const askBlob = async (path, options) => whole((await ask(path, options)).blob(), options?.signal);
 
 /** A wait that an abort ends. @param {number} ms @param {AbortSignal} [signal] @returns {Promise<void>} */

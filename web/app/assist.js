@@ -1,7 +1,7 @@
 // Completion and hover in the editor, from the schema of scenes.
 import { hoverTooltip, syntaxTree } from "../vendor/editor.js";
 import { askJson } from "./api.js";
-import { keysOf, nodeAt } from "./pointers.js";
+import { keysOf, nodeAt, valueOf } from "./pointers.js";
 import { keysAt, meaningAt, valuesAt } from "./schema.js";
 import { scene, syntax } from "./state.js";
 
@@ -46,11 +46,7 @@ function pathOf(state, node) {
 function keyOf(state, property) {
   const name = property.getChild("PropertyName");
   const text = name ? state.sliceDoc(name.from, name.to) : "";
-  try {
-    return String(JSON.parse(text));
-  } catch {
-    return text.replaceAll('"', "");
-  }
+  return String(valueOf(text, text.replaceAll('"', "")));
 }
 
 /** @param {CompletionContext} context */

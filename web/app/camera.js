@@ -1,21 +1,21 @@
-// The camera: orbit, pan, dolly, and where points are. No effects.
+// The camera: orbit, pan, dolly. No effects.
 import { rounded } from "./pointers.js";
 
 /** @typedef {[number, number, number]} Vector */
 /** @typedef {{ kind: string, eye: Vector, look_at: Vector, up: Vector, vfov_deg: number, height: number }} Camera */
 
 /** @param {Vector} a @param {Vector} b @returns {Vector} */
-const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 /** @param {Vector} a @param {Vector} b @param {number} by @returns {Vector} */
-const plus = (a, b, by = 1) => [a[0] + b[0] * by, a[1] + b[1] * by, a[2] + b[2] * by];
+export const plus = (a, b, by = 1) => [a[0] + b[0] * by, a[1] + b[1] * by, a[2] + b[2] * by];
 /** @param {Vector} a @param {Vector} b */
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 /** @param {Vector} a @param {Vector} b @returns {Vector} */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a */
 export const length = (a) => Math.hypot(...a);
 /** @param {Vector} a @returns {Vector} */
-const unit = (a) => {
+export const unit = (a) => {
   const size = length(a) || 1;
   return [a[0] / size, a[1] / size, a[2] / size];
 };
@@ -26,7 +26,7 @@ const turned = (v, axis, angle) => {
 };
 
 /** @param {any} value @returns {value is Vector} */
-const isVector = (value) => Array.isArray(value) && value.length === 3 && value.every((of) => Number.isFinite(of));
+export const isVector = (value) => Array.isArray(value) && value.length === 3 && value.every((of) => Number.isFinite(of));
 
 /** The camera of a scene, or null if it has none that can be moved. @param {any} scene @returns {Camera | null} */
 export function cameraOf(scene) {
@@ -38,7 +38,7 @@ export function cameraOf(scene) {
 }
 
 /** Right, up and forward. @param {Camera} camera */
-export function axes({ eye, look_at, up }) {
+function axes({ eye, look_at, up }) {
   const forward = unit(minus(look_at, eye));
   const right = unit(cross(forward, unit(up)));
   return { right, up: cross(right, forward), forward };
@@ -69,22 +69,3 @@ export const dollied = (camera, factor) => ({ ...camera, eye: plus(camera.look_a
 
 /** The scene with a camera, as eye and target with five digits. @param {Camera} camera @returns {{ eye: number[], look_at: number[] }} */
 export const written = ({ eye, look_at }) => ({ eye: eye.map(rounded), look_at: look_at.map(rounded) });
-
-/**
- * A function from points of the scene to pixels of the picture, for cameras whose straight lines stay straight; else null.
- * Points behind the eye give null.
- * @param {Camera} camera @param {{ width: number, height: number }} size
- * @returns {((point: number[]) => { x: number, y: number, depth: number } | null) | null}
- */
-export function projection(camera, size) {
-  if (camera.kind !== "pinhole" && camera.kind !== "orthographic") return null;
-  const { right, up, forward } = axes(camera);
-  const half = camera.kind === "pinhole" ? Math.tan((camera.vfov_deg * Math.PI) / 360) : camera.height / 2;
-  return (point) => {
-    const from = minus(/** @type {Vector} */ (point), camera.eye);
-    const depth = dot(from, forward);
-    if (camera.kind === "pinhole" && depth <= 1e-9) return null;
-    const per = size.height / 2 / (half * (camera.kind === "pinhole" ? depth : 1));
-    return { x: size.width / 2 + dot(from, right) * per, y: size.height / 2 - dot(from, up) * per, depth };
-  };
-}

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useSignal } from "../vendor/preact.js";
 import { Problem, address, askBlob, askJson, askText } from "./api.js";
 import { commands, letters } from "./commands.js";
-import { examples, loadExamples, openExample, openFile } from "./scenes.js";
+import { examples, loadExamples, openExample, openFiles } from "./scenes.js";
 import { Share } from "./share.js";
 import { bitmaps, dialog, key, limits, say } from "./state.js";
 import { Button, Dialog } from "./ui.js";
@@ -58,10 +58,10 @@ function Examples() {
     <ul class="examples">${examples.value.map(({ id, title, about, href }) => html`<li key=${id}>
       <button type="button" class="example" onClick=${() => choose(id)}><${Thumb} href=${href} /><strong>${title}</strong><span class="quiet">${about}</span></button>
     </li>`)}</ul>
-    <p class="row"><${Button} icon="plus" press=${() => file.current?.click()}>Open a file<//><span class="quiet">or drop one anywhere: JSON or NFF, plain or gzip.</span></p>
-    <input ref=${file} type="file" hidden accept=".json,.nff,.gz" onChange=${(/** @type {any} */ event) => {
-      const [chosen] = event.currentTarget.files;
-      if (chosen) openFile(chosen).then(close);
+    <p class="row"><${Button} icon="plus" press=${() => file.current?.click()}>Open a file<//><span class="quiet">or drop one anywhere: a scene (JSON, NFF) or a model (.glb, .gltf, .obj, .stl, .ply) with the files that it names.</span></p>
+    <input ref=${file} type="file" hidden multiple onChange=${(/** @type {any} */ event) => {
+      const { files } = event.currentTarget;
+      if (files.length > 0) openFiles(files).then(close);
     }} />
   <//>`;
 }

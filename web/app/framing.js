@@ -26,10 +26,10 @@ export function sizeOf({ width, height, size, dpr = "1" }, image) {
 /** Settings for a picture of another size: the service takes one size only. @param {Settings} settings @param {{ width: number | string, height: number | string }} size @returns {Settings} */
 export const sized = ({ size: _, dpr: __, ...rest }, { width, height }) => ({ ...rest, width: String(width), height: String(height) });
 
-/** The whole picture in the middle. @param {Size} room @param {Size} size @returns {View} */
+/** The whole picture in the middle. @param {Size & { foot?: number }} room @param {Size} size @returns {View} */
 export function fitted(room, size) {
   const margin = Math.min(MARGIN, room.width / 20);
-  const high = Math.max(room.height - FOOT - margin, room.height / 2);
+  const high = Math.max(room.height - (room.foot ?? FOOT) - margin, room.height / 2);
   const scale = Math.max(1e-3, Math.min((room.width - 2 * margin) / size.width, high / size.height));
   const top = Math.min((room.height - size.height * scale) / 2, margin + (high - size.height * scale));
   return placed({ ...room, scale, left: (room.width - size.width * scale) / 2, top }, size);
@@ -38,10 +38,10 @@ export function fitted(room, size) {
 /** The smallest scale that one can zoom to. @param {Size} room @param {Size} size */
 const smallest = (room, size) => fitted(room, size).scale / 4;
 
-/** A place of the picture in the middle, in shares of its size, as near as one can zoom. @param {Size} room @param {Size} size @param {{ x: number, y: number, scale: number }} frame @returns {View} */
-export function framed({ width, height }, size, { x, y, scale: wanted }) {
-  const scale = Math.min(LARGEST, Math.max(smallest({ width, height }, size), wanted));
-  return placed({ width, height, scale, left: width / 2 - x * size.width * scale, top: height / 2 - y * size.height * scale }, size);
+/** A place of the picture in the middle, in shares of its size, as near as one can zoom. @param {View} room @param {Size} size @param {{ x: number, y: number, scale: number }} frame @returns {View} */
+export function framed(room, size, { x, y, scale: wanted }) {
+  const scale = Math.min(LARGEST, Math.max(smallest(room, size), wanted));
+  return placed({ ...room, scale, left: room.width / 2 - x * size.width * scale, top: room.height / 2 - y * size.height * scale }, size);
 }
 
 /** Zooms about a point that stays where it is. @param {View} view @param {Size} size @param {number} factor @param {number} x @param {number} y @returns {View} */

@@ -37,7 +37,7 @@ export async function unpacked(word) {
 
 /** @typedef {{ kept?: string, packed?: string, scene?: string, example?: string, type?: string, settings?: Record<string, string>, panel?: string, pixel?: { x: number, y: number }, frame?: { x: number, y: number, scale: number } }} Seen */
 
-/** The words of a fragment. @param {Seen} seen */
+/** @param {Seen} seen */
 export function fragment({ kept, packed: z, scene, example, type, settings = {}, panel, pixel, frame }) {
   const words = [];
   if (z) words.push(`z=${z}`);

@@ -26,12 +26,12 @@ export function lookAt(frame) {
 
 /** One pixel of the scene to one of the screen, about the middle. */
 export function actualSize() {
-  const { width, height } = view.peek();
+  const room = view.peek();
   const scale = 1 / devicePixelRatio;
   const of = size.peek();
   batch(() => {
     isFitted.value = false;
-    view.value = placed({ width, height, scale, left: (width - of.width * scale) / 2, top: (height - of.height * scale) / 2 }, of);
+    view.value = placed({ ...room, scale, left: (room.width - of.width * scale) / 2, top: (room.height - of.height * scale) / 2 }, of);
   });
 }
 

@@ -13,8 +13,9 @@ import { dialog, missing, notice, openPanel, pane, panel, panels, panelsOpen, sh
 import { Strip } from "./strip.js";
 import { Button, Icon, Split, Tabs } from "./ui.js";
 
-/** Milliseconds that a sentence stays at the foot. */
+/** Milliseconds that a sentence stays at the foot, and for each of its letters if that is longer. */
 const NOTICED = 6000;
+const READ = 60;
 
 /** Milliseconds that the panels wait for the first picture. */
 const PATIENCE = 1000;
@@ -23,7 +24,7 @@ function Notice() {
   const of = notice.value;
   useEffect(() => {
     if (!of) return;
-    const timer = setTimeout(() => (notice.value = null), NOTICED);
+    const timer = setTimeout(() => (notice.value = null), Math.max(NOTICED, READ * of.text.length));
     return () => clearTimeout(timer);
   }, [of]);
   return html`<div class="notices" role="status">${of && (of.action || of.version === version.value) && html`<p class="notice">${of.text}
@@ -59,7 +60,7 @@ function App() {
     <${PhoneBar} />
     <${Dialogs} />
     <${Notice} />
-    ${isDropping.value && html`<p class="drop">Drop the scene: JSON or NFF, plain or gzip</p>`}
+    ${isDropping.value && html`<p class="drop">Drop a scene or a model</p>`}
   </div>`;
 }
 

@@ -2,14 +2,9 @@
 
 /**
  * A measured setting.
- * @typedef {object} Point
- * @property {string} name
- * @property {Record<string, any>} settings as the service measured them
- * @property {number} ms
- * @property {number} rays
- * @property {Record<ErrorName, number>} errors
- * @property {number} identical share of the pixels
- * @property {number | null} proved codes
+ * @typedef {{ name: string, settings: Record<string, any>, ms: number, rays: number, errors: Record<ErrorName, number>,
+ *   identical: number, proved: number | null }} Point
+ * `settings`: as the service measured them; `identical`: share of the pixels; `proved`: codes
  */
 /** @typedef {"p999" | "max" | "rms" | "flip"} ErrorName */
 /** @type {Record<ErrorName, { title: string, unit: string }>} */

@@ -26,11 +26,3 @@ export function readPfm(buffer) {
   }
   return { width, height, channels: /** @type {1 | 3} */ (channels), values };
 }
-
-/** The first channel alone: maps have three that are equal. @param {Floats} floats @returns {Floats} */
-export function oneChannel({ width, height, channels, values }) {
-  if (channels === 1) return { width, height, channels, values };
-  const one = new Float32Array(width * height);
-  for (let i = 0; i < one.length; i += 1) one[i] = values[3 * i];
-  return { width, height, channels: 1, values: one };
-}

@@ -3,6 +3,7 @@ import { html, useEffect, useSignal } from "../vendor/preact.js";
 import { cameraOf, written } from "./camera.js";
 import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
+import { valueOf } from "./pointers.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
 import { deep, draft, hover, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { LeaveOut } from "./edit-pane.js";
@@ -29,7 +30,7 @@ function Tools() {
 
 /** Where the pointer or the cursor is; numbers of the camera while it moves. */
 function Readout() {
-  const camera = moved.value ? cameraOf(moved.value) : draft.value === null ? null : cameraOf(parsed(draft.value));
+  const camera = moved.value ? cameraOf(moved.value) : draft.value === null ? null : cameraOf(valueOf(draft.value));
   if (camera) {
     const { eye, look_at } = written(camera);
     return html`<p class="readout moving mono">eye ${eye.join(", ")} · look_at ${look_at.join(", ")}</p>`;
@@ -59,15 +60,6 @@ function colorAt(at) {
   context.drawImage(of.bitmap, -Math.floor((at.x * of.width) / width), -Math.floor((at.y * of.height) / height));
   const [red, green, blue] = context.getImageData(0, 0, 1, 1).data;
   return `: red ${red}, green ${green}, blue ${blue}`;
-}
-
-/** @param {string} json */
-function parsed(json) {
-  try {
-    return JSON.parse(json);
-  } catch {
-    return null;
-  }
 }
 
 /** What is wrong, over the last good picture. */

@@ -11,7 +11,6 @@ import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, r
 /** @typedef {import("./state.js").Shown} Shown */
 /** @typedef {{ text: string, type: string, settings: import("./state.js").Settings, version: number, patch: import("./base.js").Patch | null }} Asked */
 
-/** Pictures that are kept. */
 const KEPT = 16;
 const ladder = new Ladder();
 /** What each version of the ladder asks for, as long as an answer may come. */
@@ -143,7 +142,7 @@ function keep(name, picture) {
   }
 }
 
-/** Asks for the plan of a version. @param {number} number */
+/** @param {number} number */
 async function explain(number) {
   const of = /** @type {Asked} */ (asked.get(number));
   explaining.abort();

@@ -60,7 +60,7 @@ export function scan(text) {
     while (text[at] !== "}") {
       if (text[at] !== '"') fail(at >= text.length ? "this object does not end" : "the name of a key is missing here");
       const key = string();
-      const name = unquoted(text.slice(key.from, key.to));
+      const name = valueOf(text.slice(key.from, key.to), text.slice(key.from + 1, key.to - 1));
       space();
       if (text[at] !== ":") fail("a colon is missing here");
       at += 1;
@@ -133,7 +133,7 @@ export function plain(pointer) {
   }
 }
 
-/** Keys of a pointer. @param {string} pointer */
+/** @param {string} pointer */
 export const keysOf = (pointer) => plain(pointer).split("/").slice(1).map((key) => key.replaceAll("~1", "/").replaceAll("~0", "~"));
 
 /** @param {string} key */
@@ -189,11 +189,11 @@ export function written(value) {
 /** A number with five significant digits. @param {number} value */
 export const rounded = (value) => Number(value.toPrecision(5)) || 0;
 
-/** @param {string} quoted */
-function unquoted(quoted) {
+/** A value, or what stands for it if the text is no JSON. @param {string} json @param {any} [other] @returns {any} */
+export function valueOf(json, other = null) {
   try {
-    return /** @type {string} */ (JSON.parse(quoted));
+    return JSON.parse(json);
   } catch {
-    return quoted.slice(1, -1);
+    return other;
   }
 }

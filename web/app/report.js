@@ -1,25 +1,8 @@
 // What the headers of a picture say: what it cost, how accurate it is, what it is called.
 
-/** @typedef {{ name: string, ms: number }} Phase */
-/**
- * @typedef {object} Report
- * @property {Phase[]} phases milliseconds of queue, parse, plan, bvh, trace, png; `refine` is a part of trace
- * @property {number} ms all of them together
- * @property {{ name: string, rays: number }[]} rays rays by kind
- * @property {number} totalRays
- * @property {number | null} proved codes that no pixel is farther off than, if that is proved
- * @property {number | null} identical share of the pixels that are proved to be exact
- * @property {string} why why nothing is proved
- * @property {number | null} estimated half width of a statistical picture
- * @property {string[]} plan effects that were simulated
- * @property {string} warnings
- * @property {string} digest SHA-256 of the file in hexadecimal
- * @property {string} location path where this picture stays, or ""
- * @property {boolean} hit whether the service had the picture already
- * @property {number} bytes
- */
+/** @typedef {ReturnType<typeof reportOf>} Report */
 
-/** @param {Headers} headers @returns {Report} */
+/** @param {Headers} headers */
 export function reportOf(headers) {
   const get = (/** @type {string} */ name) => headers.get(name) ?? "";
   const phases = get("server-timing").split(",").flatMap((part) => {
@@ -37,19 +20,19 @@ export function reportOf(headers) {
   };
   return {
     phases,
+    // The time of `refine` is a part of that of `trace`.
     ms: phases.reduce((sum, { name, ms }) => (name === "refine" ? sum : sum + ms), 0),
     rays,
     totalRays: rays.reduce((sum, of) => sum + of.rays, 0),
+    // Codes that no pixel is farther off than, and the share of the pixels that are exact.
     proved: number("proved"),
     identical: number("identical"),
     why: /why="([^"]*)"/.exec(error)?.[1] ?? "",
     estimated: number("estimated"),
     plan: get("render-plan").split(",").map((name) => name.trim()).filter((name) => name !== ""),
-    warnings: get("render-warnings"),
     digest: hex(/sha-256=:([^:]+):/.exec(get("repr-digest"))?.[1] ?? ""),
     location: get("content-location"),
     hit: get("server-timing").includes("picture;desc=hit"),
-    bytes: Number(get("content-length")),
   };
 }
 

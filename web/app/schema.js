@@ -30,7 +30,7 @@ export function schemasAt(root, path) {
   );
 }
 
-/** Types that a schema takes. @param {Schema} of @returns {string[]} */
+/** @param {Schema} of @returns {string[]} */
 const typesOf = (of) => (Array.isArray(of.type) ? of.type : of.type ? [of.type] : of.enum ? [typeof of.enum[0]] : []).filter((/** @type {string} */ type) => type !== "null");
 
 /** Keys for an object that has some already. @param {Schema} root @param {string[]} path @param {string[]} present @returns {Choice[]} */

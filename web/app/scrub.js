@@ -2,7 +2,7 @@
 import { Decoration, EditorView, Transaction, ViewPlugin, WidgetType, isolateHistory, keymap } from "../vendor/editor.js";
 import { batch } from "../vendor/preact.js";
 import { known } from "./assist.js";
-import { keysOf, nodeAt } from "./pointers.js";
+import { keysOf, nodeAt, valueOf } from "./pointers.js";
 import { isColor } from "./schema.js";
 import { syntax } from "./state.js";
 import { fromHex, scrubbed, toHex } from "./values.js";
@@ -104,15 +104,6 @@ class Swatch extends WidgetType {
   }
   ignoreEvent() {
     return true;
-  }
-}
-
-/** @param {string} json */
-function valueOf(json) {
-  try {
-    return JSON.parse(json);
-  } catch {
-    return null;
   }
 }
 

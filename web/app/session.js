@@ -21,7 +21,7 @@ const LARGEST = 5 << 20;
 let own = "";
 let stepped = "";
 
-/** Shows what a fragment says. @param {string} words */
+/** @param {string} words */
 async function restore(words) {
   const of = parsed(words);
   try {

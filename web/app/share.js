@@ -71,7 +71,7 @@ export function Share() {
   const isTooLong = text.value.length > LONGEST_TEXT;
   return html`<${Dialog} title="Share" wide close=${() => (dialog.value = "")}>
     ${isTooLong ? html`<p class="warning">This scene is too long for a link. Send it as a file.</p>`
-    : html`<p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl.</p>
+    : html`<p class="quiet">The link holds the scene itself, after the #: it is sent to no server, and opens in any strahl${text.value.includes('"sha256:') && " that has its files, too"}.</p>
       <${Copied} label="Link to what you see" text=${link.value} what="The link" />`}
     ${link.value.length > LONGEST_LINK && html`<p class="warning">This link has ${link.value.length.toLocaleString("en")} characters; mail and chat programs may cut it. Send the scene as a file.</p>`}
     <${Copied} label=${`The request of this picture, for curl, beside ${fileName(type)}`} text=${curl} what="The line" />

@@ -1,5 +1,6 @@
 // Server-Sent Events over fetch: the browser's own reader sends no key (whatwg/html#2177).
 import { Problem, Unreachable, ask, pause } from "./api.js";
+import { valueOf } from "./pointers.js";
 
 /** @typedef {{ event: string, data: any, id: string }} ServerEvent */
 
@@ -48,16 +49,7 @@ export class EventParser {
     const isEmpty = this.#data.length === 0;
     this.#event = "";
     this.#data = [];
-    return isEmpty ? [] : [{ ...event, data: json(event.data) }];
-  }
-}
-
-/** @param {string} text */
-function json(text) {
-  try {
-    return JSON.parse(text);
-  } catch {
-    return text;
+    return isEmpty ? [] : [{ ...event, data: valueOf(event.data, event.data) }];
   }
 }
 

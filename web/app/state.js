@@ -1,13 +1,13 @@
 // All state of the page, as signals. The text of the scene is the only truth: whatever changes the scene changes the text.
-// README.md says what each signal means. Modules and panels share state only through this file.
+// README.md says what each signal means, so it is not said here again. Modules and panels share state only through this file.
 import { batch, computed, effect, signal } from "../vendor/preact.js";
 import { sizeOf } from "./framing.js";
-import { editOf, scan } from "./pointers.js";
+import { editOf, scan, valueOf } from "./pointers.js";
 
 /** @typedef {import("./pointers.js").Syntax} Syntax */
 /** @typedef {import("./report.js").Report} Report */
 /** @typedef {Record<string, string>} Settings parameters of the query that override the scene, as `{ accuracy: "proved:1" }` */
-/** @typedef {{ pointer?: string, parameter?: string, code: string, detail: string, line?: number, column?: number, span?: [number, number] }} SceneProblem `pointer`: where it is in the text; `parameter`: the setting that it is about */
+/** @typedef {{ pointer?: string, parameter?: string, code: string, detail: string, line?: number, column?: number }} SceneProblem `pointer`: where it is in the text; `parameter`: the setting that it is about */
 /**
  * @typedef {object} Shown
  * @property {ImageBitmap} bitmap
@@ -33,21 +33,17 @@ import { editOf, scan } from "./pointers.js";
  * @property {number} top
  * @property {number} width of the viewport in CSS pixels
  * @property {number} height
+ * @property {number} [foot] CSS pixels below a fitted picture, unless those that the tools take
  */
 /** @typedef {"starting" | "live" | "tracing" | "paused" | "invalid" | "waiting" | "offline" | "failed"} Status */
 
 // The scene.
 export const text = signal("");
-/** Number of the text: each change raises it. */
 export const version = signal(0);
-/** The text while something is dragged, before it is let go and becomes an edit. */
 export const draft = signal(/** @type {string | null} */ (null));
-/** The same for a large scene: a merge patch on its text. */
 export const moved = signal(/** @type {import("./base.js").Patch | null} */ (null));
 /** @typedef {{ name: string, type: string }} Origin */
-/** What the text came from. */
 export const origin = signal({ name: "", type: "application/json" });
-/** What is rendered. */
 export const rendered = computed(() => draft.value ?? text.value);
 /** Characters of a text that are read. */
 const READ = 1 << 20;
@@ -60,21 +56,13 @@ export const syntax = computed(() => {
 /** The scene as a value, or null while the text is not JSON. Of a text above 1 MB it has what stands before its first list of objects. */
 export const scene = computed(() => {
   if (origin.value.type !== "application/json" || syntax.value.error) return null;
-  if (text.value.length > READ) return headOf(text.value, syntax.value);
-  try {
-    return /** @type {any} */ (JSON.parse(text.value));
-  } catch {
-    return null;
-  }
+  return text.value.length > READ ? headOf(text.value, syntax.value) : valueOf(text.value);
 });
-/** The name of the scene; while the text is not JSON, the last one. */
 export const title = signal("");
 effect(() => {
   if (scene.value || title.peek() === "") title.value = typeof scene.value?.name === "string" ? scene.value.name : origin.value.name;
 });
-/** Settings that override the scene for the picture. */
 export const settings = signal(/** @type {Settings} */ ({}));
-/** Size of the picture: that of the settings, else of the scene, else the last known one. */
 export const size = signal({ width: 960, height: 540 });
 /** What the last scene that was JSON says of it. */
 let image = {};
@@ -88,7 +76,6 @@ effect(() => {
 // The picture.
 export const shown = signal(/** @type {Shown | null} */ (null));
 export const report = computed(() => shown.value?.report ?? null);
-/** Answer of `/v1/explain` for `planned` text, or null. */
 export const plan = signal(/** @type {any} */ (null));
 export const predicted = computed(() => {
   const of = plan.value?.estimate ?? plan.value?.est;
@@ -97,7 +84,6 @@ export const predicted = computed(() => {
 export const status = signal(/** @type {{ word: Status, detail: string }} */ ({ word: "starting", detail: "" }));
 export const problems = signal(/** @type {SceneProblem[]} */ ([]));
 export const live = signal(true);
-/** A render that takes longer than two seconds, offered as a job: its predicted milliseconds, or null. */
 export const offer = signal(/** @type {number | null} */ (null));
 
 /** Bitmaps made and closed: the difference is what the page holds. */
@@ -105,36 +91,27 @@ export const bitmaps = { made: 0, closed: 0 };
 
 // What one looks at.
 export const view = signal(/** @type {View} */ ({ scale: 1, left: 0, top: 0, width: 1, height: 1 }));
-/** Things drawn over the picture, by their order: 0 to 9 pictures (maps, B), 10 to 19 outlines, 20 and more marks. */
+/** By their order: 0 to 9 pictures (maps, B), 10 to 19 outlines, 20 and more marks. */
 export const layers = signal(/** @type {Layer[]} */ ([]));
-/** The pixel cursor, or null. */
 export const pixel = signal(/** @type {Pixel | null} */ (null));
-/** The pixel under the pointer, or null. */
 export const hover = signal(/** @type {Pixel | null} */ (null));
-/** The pointer (JSON) of the value that the caret is in. */
 export const caret = signal("");
-/** Pointers whose lines light up in the editor, as those of the object under the pointer. */
 export const lit = signal(/** @type {string[]} */ ([]));
 /** The pointer that the editor should show, with a number so that the same one can be asked for twice. */
 export const revealed = signal(/** @type {{ pointer: string, count: number } | null} */ (null));
-/** What the tabs at the right show; they come after the first picture. */
 export const panels = signal(/** @type {import("./panels/registry.js").Panel[]} */ ([]));
-/** The name of the open panel. */
 export const panel = signal("plan");
 export const panelsOpen = signal(true);
 /** What the pane on a phone shows: "edit" or a panel. */
 export const pane = signal("edit");
 /** Whether looking closer traces more detail; else pixels become squares. */
 export const deep = signal(true);
-/** What a drag in the picture does. */
 export const tool = signal(/** @type {"look" | "orbit"} */ ("look"));
 
-// B, the other picture of a comparison. A is `shown`.
 export const other = signal(/** @type {(Shown & { label: string }) | null} */ (null));
 /** @type {import("../vendor/preact.js").Signal<{ label: string, settings: Settings, text: string | null } | null>} */
 export const otherAsked = signal(null);
 
-/** A of the comparison if it is not `shown`, as the finest picture of the dial. Whoever sets it closes it. */
 export const reference = signal(/** @type {(Shown & { label: string }) | null} */ (null));
 
 // The service.
@@ -155,7 +132,7 @@ function headOf(long, places) {
   return /** @type {any} */ (Object.fromEntries(whole.map(({ pointer, from, to }) => [pointer.slice(1), JSON.parse(long.slice(from, to))])));
 }
 
-/** Replaces the text. @param {string} next @param {Origin} [about] */
+/** @param {string} next @param {Origin} [about] */
 export function setText(next, about) {
   batch(() => {
     if (about) origin.value = about;
@@ -171,7 +148,7 @@ export function editAt(pointer, value) {
   if (change) setText(text.peek().slice(0, change.from) + change.insert + text.peek().slice(change.to));
 }
 
-/** Shows a pointer in the editor. @param {string} pointer */
+/** @param {string} pointer */
 export function reveal(pointer) {
   batch(() => {
     revealed.value = { pointer, count: (revealed.peek()?.count ?? 0) + 1 };
@@ -179,7 +156,7 @@ export function reveal(pointer) {
   });
 }
 
-/** Opens a panel. @param {string} id */
+/** @param {string} id */
 export function openPanel(id) {
   batch(() => {
     panel.value = id;
@@ -188,7 +165,7 @@ export function openPanel(id) {
   });
 }
 
-/** Puts a layer over the picture, or replaces it. @param {Layer} layer */
+/** @param {Layer} layer */
 export function putLayer(layer) {
   layers.value = [...layers.peek().filter(({ id }) => id !== layer.id), layer].sort((a, b) => a.order - b.order);
 }

@@ -22,7 +22,7 @@ const DEEPEST = 16;
 
 /** Rises whenever a tile has come. */
 export const arrived = signal(0);
-/** Whether a tile is here. @param {string} name */
+/** @param {string} name */
 export const has = (name) => loaded.has(`full/${name}`);
 /** What has happened, for tests. */
 export const counts = { flying: 0, most: 0, aborted: 0, retried: 0, loaded: 0 };
@@ -161,7 +161,6 @@ function cancel(key, controller) {
   controller.abort();
 }
 
-/** Starts what there is room for. */
 function pump() {
   if (!connection.value.online) return;
   // What one sees first does not wait for what refines it.

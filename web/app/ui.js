@@ -1,5 +1,5 @@
 // Shared widgets, without state of the page.
-import { html, useEffect, useId, useRef, useState } from "../vendor/preact.js";
+import { html, useEffect, useId, useRef } from "../vendor/preact.js";
 import { nodeOf, plain } from "./pointers.js";
 import { reveal, syntax, text } from "./state.js";
 
@@ -29,7 +29,6 @@ const ICONS = {
   images: "M2.5 3.5h11v9h-11zM2.5 10.5 6 7.5l3 2.5 2-1.5 2.5 2",
   check: "M3.5 8.5 6.5 11.5 12.5 4.5",
   warning: "M8 2.5 14 13H2zM8 6.5v3M8 11.4v.1",
-  down: "M4 6l4 4 4-4",
   copy: "M5.5 5.5h7v8h-7zM10 5.5v-3H3.5v8h2",
   search: "M7 3a4 4 0 1 0 0 8 4 4 0 0 0 0-8M10 10l3.5 3.5",
   compare: "M2.5 3.5h11v9h-11zM8 2v12",
@@ -91,38 +90,6 @@ export function Dialog({ title, close, children, wide }) {
     <div class="dialog-head"><h2 id=${id}>${title}</h2><${Button} label="Close" icon="close" kind="quiet" press=${close} /></div>
     <div class="dialog-body">${children}</div>
   </dialog>`;
-}
-
-/**
- * A bar as long as its value, with a whisker for an interval. Tiny is a hairline, absent is nothing.
- * @param {{ value: number | null, max: number, low?: number, high?: number, label: string }} props
- */
-export function Meter({ value, max, low, high, label }) {
-  const share = (/** @type {number} */ of) => `${Math.min(100, (100 * of) / (max || 1))}%`;
-  return html`<span class="meter" role="img" aria-label=${label} title=${label}>
-    ${value !== null && html`<span class="meter-bar" style=${{ width: share(value) }}></span>`}
-    ${low !== undefined && high !== undefined && html`<span class="meter-whisker" style=${{ left: share(low), width: share(Math.min(high, max) - low) }}></span>`}
-  </span>`;
-}
-
-/**
- * A table that can be sorted by its columns.
- * @template Row
- * @param {{ caption: string, rows: Row[], rowKey: (row: Row) => string, sort?: [string, 1 | -1],
- *   columns: { id: string, title: string, by?: (row: Row) => number | string, cell: (row: Row) => Children, number?: boolean }[] }} props
- */
-export function Table({ caption, columns, rows, rowKey, sort }) {
-  const [[by, direction], setSort] = useState(/** @type {[string, 1 | -1]} */ (sort ?? ["", 1]));
-  const column = columns.find(({ id }) => id === by);
-  const value = column?.by;
-  const sorted = value ? rows.toSorted((a, b) => (value(a) < value(b) ? -direction : value(a) > value(b) ? direction : 0)) : rows;
-  const turn = (/** @type {string} */ id) => setSort([id, id === by ? (direction === 1 ? -1 : 1) : -1]);
-  return html`<table class="table"><caption class="hidden-visually">${caption}</caption>
-    <thead><tr>${columns.map(({ id, title, by: sortable, number }) => html`<th key=${id} scope="col" class=${number ? "number" : ""}
-      aria-sort=${id === by ? (direction === 1 ? "ascending" : "descending") : undefined}>${sortable
-        ? html`<button type="button" class="sort" onClick=${() => turn(id)}>${title}</button>` : title}</th>`)}</tr></thead>
-    <tbody>${sorted.map((row) => html`<tr key=${rowKey(row)}>${columns.map(({ id, cell, number }) => html`<td key=${id} class=${number ? "number" : ""}>${cell(row)}</td>`)}</tr>`)}</tbody>
-  </table>`;
 }
 
 /** A link to the line of a pointer. @param {{ pointer: string, children?: Children }} props */

@@ -134,7 +134,9 @@ export function Viewport() {
     const resized = new ResizeObserver(() => {
       const { clientWidth: width, clientHeight: height } = element;
       if (width === 0 || height === 0) return;
-      const room = { ...view.peek(), width, height };
+      // On low screens the tools stand beside it.
+      const foot = element.parentElement?.clientWidth === width ? undefined : 0;
+      const room = { ...view.peek(), width, height, foot };
       view.value = isFitted.peek() ? fitted(room, size.peek()) : placed(room, size.peek());
       // At once: a canvas that has a new size is empty.
       draw(element);

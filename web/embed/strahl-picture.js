@@ -177,7 +177,7 @@ class StrahlPicture extends HTMLElement {
     canvas.ariaLabel = alt ?? "A rendered picture";
     canvas.title = zooms ? "Plus and minus zoom, arrows move, 0 shows the whole picture." : "";
     canvas.tabIndex = zooms ? 0 : -1;
-    // CSS leaves out what is no number. Without a size the status makes room for itself.
+    // CSS leaves out what is no number. Without a size the status makes room.
     const [w, h] = ["width", "height"].map((name) => Math.max(0, this.getAttribute(name))), [across, down] = w && h ? [w, h] : this.#size ?? [];
     const shape = across ? `aspect-ratio: ${across} / ${down} } p { position: absolute` : `height: ${h || ""}px`;
     this.#style.replaceSync(`${STYLE} :host { width: ${w || h * across / down || across}px; ${shape} }`);
@@ -192,7 +192,7 @@ class StrahlPicture extends HTMLElement {
   async #restart() {
     this.#clear();
     const { signal } = this.#stop = new AbortController();
-    // Once for all changes of a turn.
+    // Once a turn.
     await 0;
     if (signal.aborted || !this.isConnected) return;
     signal.tell = (state) => this.#tell({ state });
@@ -209,7 +209,7 @@ class StrahlPicture extends HTMLElement {
     } catch (error) {
       if (signal.aborted) return;
       this.#bar.hidden = true;
-      this.#status.textContent = error.message;
+      this.#status.textContent = /x-nff/.test(error.message) ? "no scene, no model" : error.message;
       this.#emit("error", { error, status: error.status, problem: error.problem });
     }
   }
@@ -232,7 +232,7 @@ class StrahlPicture extends HTMLElement {
       this.#tell({ state: data.state ?? event, job: id, eta_ms: data.eta_ms, fraction: total && done !== undefined ? done / total : undefined });
       wake?.();
     } }, signal);
-    // One by one: a thousand events are not a thousand requests.
+    // A thousand events are not a thousand requests.
     while (!over) {
       const { x, y, w, h } = (look ? 0 : tiles.shift()) ?? {}, tile = w && [x, y, w, h];
       if (!look && !tile) {
@@ -254,7 +254,7 @@ class StrahlPicture extends HTMLElement {
     let last = await service.ask(`${path}/image`, id, signal);
     const report = reportOf(last.answer);
     this.#open(job.width, job.height);
-    // No browser reads EXR and PFM.
+    // No browser reads EXR.
     if (!/png|jpeg|webp/.test(last.body.type)) last = await service.ask(`${path}/preview`, id, signal);
     await this.#put(last.body, signal);
     await this.#done(service, { ...report, image: job.image_id, job, report: job.report }, signal);
@@ -275,7 +275,8 @@ class StrahlPicture extends HTMLElement {
     if (!body) throw new Error("no job, image or scene is named");
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
     const render = (accuracy, until, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", until,
-      { method: "POST", body }, { "content-type": "application/json", ...prefer });
+      // Untyped: its bytes tell a model.
+      { method: "POST", body: new Blob([body]) }, prefer);
     // What is left is canceled, a job by its id.
     const unless = (error) => { if (signal.aborted || !/413|504|undefined/.test(error.status)) throw error; };
     const first = await render("&accuracy=time:100", signal).catch(unless);
@@ -296,7 +297,7 @@ class StrahlPicture extends HTMLElement {
     await this.#job(service, made.id, signal);
     over = true;
   }
-  /** An image id with its capability lets zoom beyond the picture. */
+  /** An image id and its capability let zoom beyond it. */
   async #done(service, detail, signal) {
     const { image } = detail;
     const xyz = image && (service.right(image) || !service.capabilities[0]) && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
@@ -383,7 +384,7 @@ class StrahlPicture extends HTMLElement {
       tile.bitmap = await createImageBitmap(body);
       for (const [old, { bitmap }] of this.#tiles) if (this.#tiles.size > TILES && bitmap) { bitmap.close(); this.#tiles.delete(old); }
       this.#draw();
-    // Coarser ones stay; a move asks again.
+    // A move asks again.
     }).catch(() => { if (this.#tiles.get(name) === tile) this.#tiles.delete(name); });
     return tile;
   }

@@ -1,4 +1,6 @@
 // What a user does, from the first run to a link in another browser. Each flow is a line.
+import { readFileSync } from "node:fs";
+import { fileURLToPath } from "node:url";
 import { base, caretAt, clean, end, figure, launch, open, pause, ready, settled, state } from "./page.mjs";
 
 const browser = await launch();
@@ -20,6 +22,27 @@ const drop = (page, name, body, packed = false) => page.evaluate(async (of, cont
   dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
 }, name, body, packed);
 const NFF = "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 45\nhither 1\nresolution 64 64\nl 3 3 3\nf 1 0.5 0.2 0.8 0.2 10 0 1\ns 0 0 0 1\n";
+
+const modelPath = (name) => fileURLToPath(new URL(`../../inputs/models/${name}`, import.meta.url));
+const model = (name) => readFileSync(modelPath(name));
+/** Drops files of any bytes together. */
+const dropAll = (page, files) => page.evaluate((all) => {
+  const data = new DataTransfer();
+  for (const [of, bytes] of all) data.items.add(new File([Uint8Array.from(atob(bytes), (char) => char.charCodeAt(0))], of));
+  dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+}, Object.entries(files).map(([name, bytes]) => [name, bytes.toString("base64")]));
+const opened = async (page, name) => {
+  await page.waitForFunction((of) => studio.origin.value.name === of || studio.notice.value?.text.includes("cannot"), {}, name);
+  await settled(page);
+};
+/** The color in the middle of the picture, and how much of it is opaque. */
+const middle = (page) => page.evaluate(() => {
+  const { bitmap } = studio.shown.value;
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+  context.drawImage(bitmap, 0, 0);
+  return [...context.getImageData(bitmap.width >> 1, bitmap.height >> 1, 1, 1).data];
+});
+const eye = async (page) => (await state(page, "scene")).camera.pinhole.eye.join();
 
 const flows = {
   async "the first run shows a scene that is live"(page) {
@@ -225,6 +248,106 @@ const flows = {
       await settled(page);
     }
     return [seen.join() === "64,64", seen.join()];
+  },
+  async "a model is dropped: its scene is a text, its camera orbits by pointer and keys, undo brings back what was before"(page) {
+    await page.waitForFunction(() => document.querySelector(".editor-host")?.shadowRoot?.querySelector(".cm-content"));
+    const before = await state(page, "text");
+    await dropAll(page, { "Box.glb": model("Box.glb") });
+    await opened(page, "Box.glb");
+    const { objects, environment, film, lights } = await state(page, "scene");
+    const [red, green, , alpha] = await middle(page);
+    const isShown = red > 60 && red > 2 * green && alpha === 255 && (await digest(page)) === (await render(page));
+    const isWritten = /^sha256:[0-9a-f]{64}$/.test(objects[0].model.asset) && objects[1].mesh.name === "floor" && environment.studio && film.tone === "khronos_pbr_neutral" && lights.length === 1;
+    const eyes = [await eye(page)];
+    await page.keyboard.press("c");
+    const box = await (await page.$("canvas.canvas")).boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 + 80, box.y + box.height / 2, { steps: 8 });
+    await page.mouse.up();
+    await settled(page);
+    eyes.push(await eye(page));
+    await page.focus("canvas.canvas");
+    for (let step = 0; step < 3; step += 1) await page.keyboard.press("ArrowUp");
+    const old = await state(page, "text");
+    await page.waitForFunction((of) => studio.text.value !== of, { timeout: 5_000 }, old).catch(() => {});
+    await settled(page);
+    eyes.push(await eye(page));
+    const isTurned = (await digest(page)) === (await render(page));
+    for (let step = 0; step < 2; step += 1) {
+      await press(page, "Undo");
+      await settled(page);
+      eyes.push(await eye(page));
+    }
+    await press(page, "Undo");
+    await settled(page);
+    const isBack = (await state(page, "text")) === before;
+    return [isShown && isWritten && isTurned && isBack && new Set(eyes.slice(0, 3)).size === 3 && eyes[3] === eyes[1] && eyes[4] === eyes[0], `${isShown} ${isWritten} ${isTurned} ${isBack} ${eyes.map((of) => of.slice(0, 12)).join(" | ")}`];
+  },
+  async "models of all kinds are opened, from the dialog, too: by name or content, packed, and several files together"(page) {
+    const glb = model("Box.glb");
+    const end = 20 + glb.readUInt32LE(12);
+    const json = JSON.parse(glb.toString("utf8", 20, end));
+    const bin = glb.subarray(end + 8);
+    const gltf = (uri) => Buffer.from(JSON.stringify({ ...json, buffers: [{ byteLength: json.buffers[0].byteLength, uri }] }));
+    const whole = gltf(`data:application/octet-stream;base64,${bin.toString("base64")}`);
+    const seen = [];
+    for (const [name, files] of [
+      ["cube.obj", { "cube.mtl": model("obj/cube.mtl"), "cube.obj": model("obj/cube.obj") }], ["20mm-xyz-cube.stl", { "20mm-xyz-cube.stl": model("stl/20mm-xyz-cube.stl") }],
+      ["cube.ply", { "cube.ply": model("ply/cube.ply") }], ["Box.gltf", { "Box.gltf": whole }], ["download", { download: glb }], ["scene.json", { "scene.json": whole }],
+      ["parts.gltf", { "box.bin": bin, "parts.gltf": gltf("box.bin") }],
+    ]) {
+      await dropAll(page, files);
+      await opened(page, name);
+      const scene = await state(page, "scene");
+      const isParts = Object.keys(files).length > 1;
+      seen.push([name, (await state(page, "origin")).name === name && (isParts ? "mesh" in scene.objects[0] : "model" in scene.objects[0]) && (await digest(page)) === (await render(page)) && (await middle(page))[3] === 255]);
+    }
+    await page.keyboard.press("o");
+    await page.waitForSelector("dialog");
+    const chooser = page.waitForFileChooser();
+    await press(page, "Open a file");
+    await (await chooser).accept([modelPath("RiggedFigure.glb")]);
+    await opened(page, "RiggedFigure.glb");
+    seen.push(["RiggedFigure.glb", "model" in (await state(page, "scene")).objects[0] && (await page.$("dialog")) === null]);
+    return [seen.every(([, holds]) => holds), seen.map(([name, holds]) => `${name} ${holds ? "" : "NOT"}`).join(" ")];
+  },
+  async "a model that is refused says why, in plain words"(page) {
+    const before = await state(page, "text");
+    const told = [];
+    for (const [files, words] of [
+      [{ "out.glb": model("assimp_IndexOutOfRange.glb") }, "out.glb cannot be opened: element 0 is 255, and there are 24 vertices, at meshes › 0 › primitives › 0 › indices."],
+      [{ "part.gltf": model("bad/buffer/not_found.gltf") }, 'part.gltf cannot be opened: it needs "not_found.bin". Open both together, or make one .glb of them.'],
+      [{ "a.stl": model("stl/empty.stl") }, "a.stl cannot be opened: there is nothing to see: the model has no triangles that have an area."],
+      [{ "a.fbx": Buffer.from("Kaydara FBX Binary  \0") }, "a.fbx cannot be opened: this is FBX, which strahl does not read: convert it to glTF (.glb)."],
+      [{ "a.bin": Buffer.from([128, 0, 1]) }, "a.bin cannot be opened: it is no scene and no model."],
+      [{ "a.gz": Buffer.from("x") }, "a cannot be opened: it cannot be read."],
+      [null, "big.glb cannot be opened: it has 71,303,168 bytes, and the service takes 67,108,864."],
+    ]) {
+      if (files) await dropAll(page, files);
+      else await drop(page, "big.glb", "glTF".repeat(17 << 20));
+      const holds = await page.waitForFunction((of) => studio.notice.value?.text === of, { timeout: 10_000 }, words).catch(() => null);
+      if (!holds) told.push(await page.evaluate(() => studio.notice.value?.text));
+    }
+    return [told.length === 0 && (await state(page, "text")) === before, told.join(" | ") || "7 of them"];
+  },
+  async "a phone held sideways has the picture as high as it can be, and the tools beside it"() {
+    const seen = [];
+    for (const [width, height] of [[740, 360], [844, 390], [667, 375], [568, 320]]) {
+      const page = await open(browser, { width, height, touch: true });
+      await settled(page);
+      const [canvas, tools, edit] = await page.evaluate(() => ["canvas.canvas", ".tools", ".edit"].map((of) => document.querySelector(of).getBoundingClientRect().toJSON()));
+      const { scale, top } = await state(page, "view");
+      const { size } = await page.evaluate(() => ({ size: studio.size.value }));
+      const isFull = scale * size.height >= 0.9 * canvas.height || scale * size.width >= 0.85 * canvas.width;
+      await page.evaluate(() => [...document.querySelectorAll(".phone-tab")].find((of) => of.textContent === "Plan").click());
+      await pause(200);
+      const [panels, isEdit, across, down] = await page.evaluate(() => [document.querySelector(".panels").checkVisibility(), document.querySelector(".edit").checkVisibility(), document.documentElement.scrollWidth, document.documentElement.scrollHeight]);
+      const small = await page.$$eval("button", (all) => all.filter((of) => of.checkVisibility()).map((of) => of.getBoundingClientRect()).filter((of) => of.width < 24 || of.height < 24).length);
+      seen.push([canvas.height >= height - 80 && canvas.right <= tools.left && edit.right <= canvas.left && isFull && top >= 0 && panels && !isEdit && across <= width && down <= height && small === 0, `${width}x${height}: ${Math.round(canvas.width)}x${Math.round(canvas.height)}`]);
+      await clean(page, "sideways");
+    }
+    return [seen.every(([holds]) => holds), seen.map(([, words]) => words).join(", ")];
   },
   async "undo and redo of another kind of file bring its kind, too"(page) {
     await page.waitForFunction(() => document.querySelector(".editor-host")?.shadowRoot?.querySelector(".cm-content"));

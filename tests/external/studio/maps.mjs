@@ -24,8 +24,12 @@ const steps = asked.filter((of) => of.get("of") === "rays").map((of) => of.get("
 figure("coarse first", steps.join(", then "), steps.join() === "8,1");
 
 // The number under the pointer is the one of the service.
+// The coarse map has others, and the legend may be that of the map before.
+const all = page.waitForResponse((of) => /[?&]of=rays&.*step=1(&|$)/.test(of.url()));
 await page.click('input[name="map"][value="rays"]');
+await all;
 await whole();
+await pause(200);
 const canvas = await (await page.$("canvas.canvas")).boundingBox();
 await page.mouse.move(canvas.x + canvas.width * 0.45, canvas.y + canvas.height * 0.5);
 await page.waitForFunction(() => /^Pixel/.test(document.querySelector(".facts .fact dt")?.textContent ?? ""));

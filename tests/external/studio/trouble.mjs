@@ -175,12 +175,12 @@ const flows = {
     const marked = await page.evaluate(() => document.querySelector(".editor-host").shadowRoot.querySelector(".cm-lintRange-error")?.textContent);
     return [marked === "-1", marked];
   },
-  async "a file that is no text is not opened"(page) {
+  async "a file that is no scene and no model is not opened"(page) {
     const before = await state(page, "text");
-    await drop(page, "model.glb", Buffer.from([0x67, 0x6c, 0x54, 0x46, 2, 0, 0, 0, 0, 1]));
-    await pause(500);
+    await drop(page, "model.glb", "glTF\u0002\0\0\0\0\u0001");
+    await page.waitForFunction(() => studio.notice.value?.text.includes("cannot"));
     const told = await page.evaluate(() => studio.notice.value?.text);
-    return [/is no text/.test(told) && (await state(page, "text")) === before, told];
+    return [/^model.glb cannot be opened: /.test(told) && (await state(page, "text")) === before, told];
   },
 };
 

@@ -1,6 +1,6 @@
 // What each stop of the dial should take, before, and what it took, after. Kept for the text that it is about.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
-import { Problem, askJson, patiently, pause, render } from "../api.js";
+import { askJson, patiently, pause, render } from "../api.js";
 import { connection, origin, other, otherAsked, panel, problems, reference, settings, text, version } from "../state.js";
 import { refer } from "./compare-pictures.js";
 import { STOPS, finest, settingsOf, typed } from "./accuracy-stops.js";
@@ -32,9 +32,6 @@ export function choose(stop) {
   otherAsked.value = { label: stop.label, settings: settingsOf(stop, {}, precision.peek()), text: null };
 }
 
-/** Whether the service answers about many settings at once: null until it is known. */
-let takesMany = /** @type {boolean | null} */ (null);
-
 /** @param {any} estimate @param {Stop} stop @returns {Prediction} */
 const prediction = ({ ms, ms_ci: [low, high], rays }, { budget }) => (budget === undefined ? { ms, low, high, rays } : { ms: Math.min(ms, budget), low: Math.min(low, budget), high: Math.min(high, budget), rays });
 
@@ -43,11 +40,10 @@ async function askMany(scene, signal, take) {
   const all = STOPS.map((stop) => typed(settingsOf(stop, settings.peek(), precision.peek())));
   const body = `{"settings":${JSON.stringify(all)},"scene":${scene}}`;
   const answer = await patiently(() => askJson("v1/explain", { body, type: "application/json", signal }), signal);
-  if (!Array.isArray(answer.estimates)) throw new Problem(422, { detail: "the service explains one setting at a time" }, 0);
   answer.estimates.forEach((/** @type {any} */ { estimate }, /** @type {number} */ i) => estimate && take(STOPS[i], prediction(estimate, STOPS[i])));
 }
 
-/** A request for each stop. @param {string} scene @param {AbortSignal} signal @param {(stop: Stop, found: Prediction) => void} take */
+/** A request for each stop: a scene that is no JSON goes into no other. @param {string} scene @param {AbortSignal} signal @param {(stop: Stop, found: Prediction) => void} take */
 async function askEach(scene, signal, take) {
   const left = [...STOPS];
   const work = async () => {
@@ -66,18 +62,7 @@ async function load(signal) {
   await pause(QUIET, signal);
   const scene = text.peek();
   const take = (/** @type {Stop} */ stop, /** @type {Prediction} */ found) => !signal.aborted && (predictions.value = new Map(predictions.peek()).set(stop.id, found));
-  const isJson = origin.peek().type === "application/json";
-  if (takesMany !== false && isJson) {
-    try {
-      await askMany(scene, signal, take);
-      takesMany = true;
-      return;
-    } catch (error) {
-      if (takesMany || !(error instanceof Problem) || ![400, 404, 422].includes(error.status)) throw error;
-    }
-  }
-  await askEach(scene, signal, take);
-  if (isJson) takesMany ??= false;
+  await (origin.peek().type === "application/json" ? askMany : askEach)(scene, signal, take);
 }
 
 /** Keeps what a picture of a stop took. */

@@ -5,21 +5,16 @@ import { ERRORS, earlyPoint, layout, ofOneSize, pointOf, queryOf } from "../pare
 import { count, duration } from "../report.js";
 import { eventsOf } from "../sse.js";
 import { otherAsked, origin, settings, text, version } from "../state.js";
-import { Button, Table } from "../ui.js";
+import { Button } from "../ui.js";
 import { compareWith } from "./compare-pictures.js";
-import { Choice, Failure } from "./widgets.js";
+import { Choice, Failure, Table } from "./widgets.js";
 
 /** @typedef {import("../pareto.js").Point} Point */
 /** @typedef {import("../pareto.js").ErrorName} ErrorName */
 /**
- * @typedef {object} Tradeoff
- * @property {"measuring" | "done" | "failed"} state
- * @property {number} version of the text
- * @property {Point[]} choices whole requests
- * @property {Point[]} points tracing alone, of a smaller picture
- * @property {any} report
- * @property {string} error
- * @property {number} began
+ * @typedef {{ state: "measuring" | "done" | "failed", version: number, choices: Point[], points: Point[], report: any, error: string,
+ *   began: number }} Tradeoff
+ * `version`: of the text; `choices`: whole requests; `points`: tracing alone, of a smaller picture
  */
 export const SECONDS = 10;
 export const tradeoff = signal(/** @type {Tradeoff | null} */ (null));

@@ -2,13 +2,13 @@
 import { batch, html } from "../../vendor/preact.js";
 import { count, duration } from "../report.js";
 import { editAt, otherAsked, problems, reference, say, setText, text } from "../state.js";
-import { Button, Empty, Meter } from "../ui.js";
+import { Button, Empty } from "../ui.js";
 import { against, choose, chosen, precision, predictions, receipts, start as watch, trouble } from "./accuracy-dial.js";
 import { Tradeoff, tradeoff } from "./accuracy-plot.js";
 import { Stamp } from "./accuracy-stamp.js";
 import { STOPS, edits, settingsOf } from "./accuracy-stops.js";
 import { endComparison, metrics, state } from "./compare-pictures.js";
-import { Choice, Failure } from "./widgets.js";
+import { Choice, Failure, Meter } from "./widgets.js";
 
 export const id = "accuracy";
 export const title = "Accuracy";

@@ -1,6 +1,6 @@
-// FLIP (Andersson et al. 2020) of a comparison, as a number and as a map: the service has it, if it has `/v1/compare`.
+// FLIP (Andersson et al. 2020) of a comparison, as a number and as a map: the service has it.
 import { html, useEffect, useState } from "../../vendor/preact.js";
-import { Problem, ask, askJson, patiently } from "../api.js";
+import { ask, askJson, patiently } from "../api.js";
 import { readPfm } from "../pfm.js";
 import { colored } from "../ramps.js";
 import { other, origin } from "../state.js";
@@ -8,9 +8,6 @@ import { Button } from "../ui.js";
 import { typed } from "./accuracy-stops.js";
 import { a, bitmapOf, mode, putMap } from "./compare-pictures.js";
 import { Fact } from "./widgets.js";
-
-/** Whether the service lacks it: asked once. */
-let isAbsent = false;
 
 /** One side of the request. @param {import("../state.js").Shown} of */
 const side = (of) => `{"settings":${JSON.stringify(typed(of.settings))},"scene":${of.text}}`;
@@ -20,7 +17,7 @@ export function FlipRow() {
   const [asking, setAsking] = useState(/** @type {AbortController | null} */ (null));
   useEffect(() => () => asking?.abort(), [asking]);
   const [one, two] = [a.value, other.value];
-  if (isAbsent || !one || !two || origin.value.type !== "application/json") return null;
+  if (!one || !two || origin.value.type !== "application/json") return null;
   const request = { body: `{"a":${side(one)},"b":${side(two)}}`, type: "application/json" };
   const run = async (/** @type {(signal: AbortSignal) => Promise<void>} */ what) => {
     const control = new AbortController();
@@ -29,8 +26,7 @@ export function FlipRow() {
       await patiently(() => what(control.signal), control.signal);
     } catch (error) {
       if (control.signal.aborted) return;
-      isAbsent = error instanceof Problem && (error.status === 404 || error.status === 405);
-      setFlip(isAbsent ? "not in this version of the service" : /** @type {Error} */ (error).message);
+      setFlip(/** @type {Error} */ (error).message);
     }
     setAsking(null);
   };

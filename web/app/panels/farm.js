@@ -3,9 +3,9 @@ import { effect, html, signal, untracked } from "../../vendor/preact.js";
 import { askJson, pause } from "../api.js";
 import { count } from "../report.js";
 import { connection, key, panel, panels } from "../state.js";
-import { Empty, Icon, Meter, Table } from "../ui.js";
+import { Empty, Icon } from "../ui.js";
 import { age, alarmsOf, sentenceOf, tilesPerSecond } from "./farm-model.js";
-import { Fact, Failure } from "./widgets.js";
+import { Fact, Failure, Meter, Table } from "./widgets.js";
 
 export const id = "farm";
 export const title = "Farm";

@@ -2,27 +2,13 @@
 
 /** @typedef {"queued" | "running" | "succeeded" | "failed" | "canceled" | "expired"} JobState */
 /**
- * @typedef {object} Job
- * @property {string} id
- * @property {JobState} state
- * @property {{ fraction: number, tiles_done: number, tiles_total: number, rays: number }} progress
- * @property {number | null} position
- * @property {number | null} eta_ms
- * @property {number} estimate_ms
- * @property {number} priority
- * @property {string[]} labels
- * @property {number} width
- * @property {number} height
- * @property {number} tile
- * @property {string | null} scene_id
- * @property {string | null} image_id
- * @property {{ count: number, done: number }} [frames] of a sequence
- * @property {string} created_at
- * @property {string | null} started_at
- * @property {string | null} finished_at
- * @property {string | null} expires_at
- * @property {{ detail: string, title: string } | null} [problem]
- * @property {{ rays: number, render_ms: number, tiles_recovered: number, reused: boolean }} stats
+ * @typedef {{ id: string, state: JobState, progress: { fraction: number, tiles_done: number, tiles_total: number, rays: number },
+ *   position: number | null, eta_ms: number | null, estimate_ms: number, priority: number, labels: string[], width: number,
+ *   height: number, tile: number, scene_id: string | null, image_id: string | null,
+ *   frames?: { count: number, done: number }, created_at: string, started_at: string | null, finished_at: string | null,
+ *   expires_at: string | null, problem?: { detail: string, title: string } | null,
+ *   stats: { rays: number, render_ms: number, tiles_recovered: number, reused: boolean } }} Job
+ * `frames`: of a sequence
  */
 
 /** How a picture of another shape lies in a canvas: as large as it goes, in the middle. @param {{ width: number, height: number }} picture @param {{ width: number, height: number }} canvas */

@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { ask, patiently, pause } from "../api.js";
 import { loadObjects, painted } from "./maps-objects.js";
-import { oneChannel, readPfm } from "../pfm.js";
+import { readPfm } from "../pfm.js";
 import { colored, histogram, scaleOf } from "../ramps.js";
 import { bitmaps, connection, hover, origin, panel, pixel, predicted, problems, putLayer, removeLayer, settings, size, text, version } from "../state.js";
 
@@ -94,7 +94,7 @@ async function load(of, step, signal) {
     return { ...about, floats: { ...map, channels: 1 }, objects };
   }
   const answer = await patiently(() => ask("v1/map", request), signal, waiting);
-  return { ...about, floats: oneChannel(readPfm(await answer.arrayBuffer())) };
+  return { ...about, floats: readPfm(await answer.arrayBuffer()) };
 }
 
 const keyOf = (/** @type {string} */ of) => `${of} ${version.peek()} ${JSON.stringify(settings.peek())}`;

@@ -2,12 +2,13 @@
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
 import { Problem, askJson, pause, render } from "../api.js";
 import { LARGE } from "../base.js";
+import { cross, dot as times, length, minus, plus, unit } from "../camera.js";
 import { sized } from "../framing.js";
 import { bitmaps, scene, settings, text } from "../state.js";
 import { Button } from "../ui.js";
 import { answer, chosen, pointed, sample } from "./pixel-asked.js";
 import { PAINT, dot, segmentsOf, stroke } from "./pixel-overlay.js";
-import { cameraOf, cross, dot as times, length, minus, pathOf, plus, unit } from "./pixel-projection.js";
+import { cameraOf, pathOf } from "./pixel-projection.js";
 import { KINDS } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-projection.js").Vec} Vec */

@@ -2,7 +2,8 @@
 import { computed, effect, untracked } from "../../vendor/preact.js";
 import { panel, panelsOpen, pixel, putLayer, removeLayer, scene, size } from "../state.js";
 import { answer, chosen, isDrawn, isStale, pointed, sample } from "./pixel-asked.js";
-import { cameraOf, length, minus, pathOf, plus } from "./pixel-projection.js";
+import { length, minus, plus } from "../camera.js";
+import { cameraOf, pathOf } from "./pixel-projection.js";
 import { KINDS, isBlocked, largest } from "./pixel-rays.js";
 
 /** @typedef {import("./pixel-rays.js").Ray} Ray */

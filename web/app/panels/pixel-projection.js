@@ -1,6 +1,7 @@
 // From a point of the scene to the point of the picture that shows it, and back to a ray: as src/camera does, for all cameras. Pure.
+import { cross, dot, isVector, length, minus, plus, unit } from "../camera.js";
 
-/** @typedef {[number, number, number]} Vec */
+/** @typedef {import("../camera.js").Vector} Vec */
 /** @typedef {[number, number]} Point in pixels from the picture's upper left corner */
 /**
  * @typedef {object} Camera
@@ -12,14 +13,7 @@
  * @property {(a: Vec, b: Vec) => [Vec, Vec] | null} clip the part of a segment that can be seen
  */
 
-export const minus = (/** @type {Vec} */ a, /** @type {Vec} */ b) => /** @type {Vec} */ ([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
-export const plus = (/** @type {Vec} */ a, /** @type {Vec} */ b, factor = 1) => /** @type {Vec} */ ([a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]);
-export const dot = (/** @type {Vec} */ a, /** @type {Vec} */ b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-export const cross = (/** @type {Vec} */ a, /** @type {Vec} */ b) => /** @type {Vec} */ ([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]);
-export const length = (/** @type {Vec} */ a) => Math.hypot(a[0], a[1], a[2]);
-export const unit = (/** @type {Vec} */ a) => plus([0, 0, 0], a, 1 / (length(a) || 1));
 const radians = (/** @type {number} */ degrees) => (degrees * Math.PI) / 180;
-const isVec = (/** @type {unknown} */ v) => Array.isArray(v) && v.length === 3 && v.every(Number.isFinite);
 
 /**
  * The camera of a scene; null if it has none that is sound.
@@ -28,7 +22,7 @@ const isVec = (/** @type {unknown} */ v) => Array.isArray(v) && v.length === 3 &
 export function cameraOf(scene, { width, height }) {
   const [kind, of] = /** @type {[string, any]} */ (Object.entries(scene?.camera ?? {})[0] ?? ["", null]);
   const up = of?.up ?? [0, 1, 0];
-  if (!of || !isVec(of.eye) || !isVec(of.look_at) || !isVec(up)) return null;
+  if (!of || !isVector(of.eye) || !isVector(of.look_at) || !isVector(up)) return null;
   const eye = /** @type {Vec} */ (of.eye);
   const forward = unit(minus(of.look_at, eye));
   const across = cross(forward, unit(up));

@@ -6,34 +6,15 @@
 /** @typedef {{ n1: number, n2: number, theta1_deg: number, theta2_deg: number | null, tir: boolean, reflectance: number }} Snell */
 /** @typedef {{ kind: Kind, weight: Triple, why: string, codes: number }} Stub a ray that was not followed */
 /**
- * @typedef {object} Ray
- * @property {number} id
- * @property {number | null} parent
- * @property {Kind} kind
- * @property {number} depth
- * @property {Triple} weight
- * @property {Triple} contribution
- * @property {Triple} origin
- * @property {Triple} direction
- * @property {{ object: string, ior: number }[]} media
- * @property {Hit} [hit]
- * @property {Snell} [snell]
- * @property {number} [light]
- * @property {Triple} [transmittance]
- * @property {Stub[]} [not_followed]
+ * @typedef {{ id: number, parent: number | null, kind: Kind, depth: number, weight: Triple, contribution: Triple, origin: Triple,
+ *   direction: Triple, media: { object: string, ior: number }[], hit?: Hit, snell?: Snell, light?: number,
+ *   transmittance?: Triple, not_followed?: Stub[] }} Ray
  */
 /** @typedef {{ pixel: [number, number], precision: "single" | "double", samples: number, value: Triple, raised: Triple, lacking: Triple, truncated: boolean, rays: Ray[] }} Tree */
-/**
- * @typedef {object} Grown
- * @property {Tree} tree
- * @property {number[]} roots the camera ray of each sample
- * @property {Int32Array} sample the sample of each ray
- * @property {number[][]} children of each ray, in their order
- * @property {Float64Array} total what each ray and all that come from it add to the pixel: three channels for each
- */
+/** @typedef {ReturnType<typeof grow>} Grown `total`: what each ray and all that come from it add to the pixel, three channels for each */
 /** @typedef {{ ray: Ray, stub: null, level: number, place: number, siblings: number, open: boolean | null } | { ray: Ray, stub: Stub, level: number, place: number, siblings: number, open: null }} Row */
 
-/** @param {Tree} tree @returns {Grown} */
+/** The camera ray of each sample (`roots`), the sample and the children of each ray, and what they add. @param {Tree} tree */
 export function grow(tree) {
   const count = tree.rays.length;
   const children = Array.from({ length: count }, () => /** @type {number[]} */ ([]));

@@ -1,10 +1,9 @@
 // The plan: which effects the scene calls for, why, and what they take; measured beside estimated. EXPLAIN for pictures.
 import { effect, html, signal, untracked, useEffect, useRef } from "../../vendor/preact.js";
-import { askJson } from "../api.js";
 import { keysOf } from "../pointers.js";
 import { wordsOf } from "../problems.js";
 import { count, duration } from "../report.js";
-import { editAt, openPanel, other, otherAsked, plan, problems, say, scene, settings, shown, status, text } from "../state.js";
+import { editAt, openPanel, other, otherAsked, plan, problems, say, scene, settings, shown, status } from "../state.js";
 import { Button, Empty, Icon, Pointer } from "../ui.js";
 import { failure, isCurrent, measure, measured, measuring, start as startMeasuring, stop } from "./plan-measured.js";
 import { hasRays, rowsOf, sentenceOf, titleOf, totalsOf } from "./plan-rows.js";
@@ -21,23 +20,12 @@ const unfolded = signal(/** @type {ReadonlySet<string>} */ (new Set()));
 const linked = signal("");
 const isListed = signal(false);
 
-/** Whether the service can leave out an effect itself. Asked once. @type {Promise<boolean> | null} */
-let leavesOut = null;
-const serviceLeavesOut = () => (leavesOut ??= askJson("openapi.json").then(
-  (contract) => contract.paths?.["/v1/render"]?.post?.parameters?.some((/** @type {any} */ { name, $ref = "" }) => name === "without" || $ref.endsWith("/without")) === true,
-  () => ((leavesOut = null), false),
-));
-
 /** Makes the scene without an effect the other picture. @param {string} name */
-async function compareWithout(name) {
+function compareWithout(name) {
   const label = `without ${name.replaceAll("_", " ")}`;
-  const asked = { text: text.peek(), settings: settings.peek() };
-  if (await serviceLeavesOut()) otherAsked.value = { label, settings: { ...asked.settings, without: name }, text: null };
-  else {
-    const rest = without(scene.peek(), asked.settings, name);
-    if (!rest) return say(`${titleOf(name)} cannot be left out alone.`);
-    otherAsked.value = { label, ...rest };
-  }
+  const rest = without(scene.peek(), settings.peek(), name);
+  if (!rest) return say(`${titleOf(name)} cannot be left out alone.`);
+  otherAsked.value = { label, ...rest };
   say(`B is the scene ${label}.`, { label: "Compare", run: () => openPanel("compare") });
 }
 

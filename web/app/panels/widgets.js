@@ -1,5 +1,7 @@
 // Small parts of Accuracy, Compare, Maps and Jobs.
-import { html } from "../../vendor/preact.js";
+import { html, useState } from "../../vendor/preact.js";
+
+/** @typedef {import("../../vendor/preact.js").ComponentChildren} Children */
 
 /**
  * One of a few, as radio buttons that look like one control.
@@ -21,3 +23,35 @@ export const Switch = ({ label, on, set }) =>
 /** A problem, and a way on. @param {{ error: string, retry?: () => void }} props */
 export const Failure = ({ error, retry }) => html`<div class="failure" role="alert"><p>${error}</p>
   ${retry && html`<button type="button" class="button" onClick=${retry}>Try again</button>`}</div>`;
+
+/**
+ * A bar as long as its value, with a whisker for an interval. Tiny is a hairline, absent is nothing.
+ * @param {{ value: number | null, max: number, low?: number, high?: number, label: string }} props
+ */
+export function Meter({ value, max, low, high, label }) {
+  const share = (/** @type {number} */ of) => `${Math.min(100, (100 * of) / (max || 1))}%`;
+  return html`<span class="meter" role="img" aria-label=${label} title=${label}>
+    ${value !== null && html`<span class="meter-bar" style=${{ width: share(value) }}></span>`}
+    ${low !== undefined && high !== undefined && html`<span class="meter-whisker" style=${{ left: share(low), width: share(Math.min(high, max) - low) }}></span>`}
+  </span>`;
+}
+
+/**
+ * A table that can be sorted by its columns.
+ * @template Row
+ * @param {{ caption: string, rows: Row[], rowKey: (row: Row) => string, sort?: [string, 1 | -1],
+ *   columns: { id: string, title: string, by?: (row: Row) => number | string, cell: (row: Row) => Children, number?: boolean }[] }} props
+ */
+export function Table({ caption, columns, rows, rowKey, sort }) {
+  const [[by, direction], setSort] = useState(/** @type {[string, 1 | -1]} */ (sort ?? ["", 1]));
+  const column = columns.find(({ id }) => id === by);
+  const value = column?.by;
+  const sorted = value ? rows.toSorted((a, b) => (value(a) < value(b) ? -direction : value(a) > value(b) ? direction : 0)) : rows;
+  const turn = (/** @type {string} */ id) => setSort([id, id === by ? (direction === 1 ? -1 : 1) : -1]);
+  return html`<table class="table"><caption class="hidden-visually">${caption}</caption>
+    <thead><tr>${columns.map(({ id, title, by: sortable, number }) => html`<th key=${id} scope="col" class=${number ? "number" : ""}
+      aria-sort=${id === by ? (direction === 1 ? "ascending" : "descending") : undefined}>${sortable
+        ? html`<button type="button" class="sort" onClick=${() => turn(id)}>${title}</button>` : title}</th>`)}</tr></thead>
+    <tbody>${sorted.map((row) => html`<tr key=${rowKey(row)}>${columns.map(({ id, cell, number }) => html`<td key=${id} class=${number ? "number" : ""}>${cell(row)}</td>`)}</tr>`)}</tbody>
+  </table>`;
+}
