@@ -137,10 +137,14 @@ impl Emitters {
     }
 }
 
+/// Places that are nearer to a ball, as a share of its radius, are not outside of it: the roundings of a place on its inside would
+/// decide, and both ways to find the ball must agree.
+const BESIDE: f64 = 1e-4;
+
 /// 1 - cos of half of the angle of the cone in which a ball is seen from outside of it, in a form that does not cancel.
 fn versine_of_cone(out: DVec3, radius: f64) -> Option<f64> {
     let squared = radius * radius / out.length_squared();
-    (squared < 1.0).then(|| squared / (1.0 + (1.0 - squared).sqrt()))
+    (squared < 1.0 - 2.0 * BESIDE).then(|| squared / (1.0 + (1.0 - squared).sqrt()))
 }
 
 /// A direction to a ball that is seen from outside of it, and how far its surface is.

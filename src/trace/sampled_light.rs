@@ -151,7 +151,9 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
     let radiance = reflected.times(chosen.radiance) * (over_pi / density);
     let added = V3::select(lit, rays.weight.times(radiance), black);
     let most = added.x.max(added.y).max(added.z);
-    let lit = lit & most.gt(zero);
+    // Against the eye there is no facet between: a lobe is infinite there, and its share none.
+    let finite = L::lit(s, f64::INFINITY);
+    let lit = lit & most.gt(zero) & added.x.lt(finite) & added.y.lt(finite) & added.z.lt(finite);
     let little = match tracer.pruning {
         Pruning::Proved { .. } => tracer.may_skip_light(lit, added),
         Pruning::Weight(_) => lit & !most.ge(tracer.certificate.min_weight * L::lit(s, SHADOW_SHARE)),

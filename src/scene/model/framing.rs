@@ -57,17 +57,17 @@ pub(super) fn framed(model: &Placed<'_>, origin: DVec3, view: View, aspect: f64,
     let Extremes { most, .. } = Extremes::of(
         model,
         origin,
-        [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back],
+        [right + back * wide, back * wide - right, up + back * tall, back * tall - up, back, -back, right, -right],
         1,
     );
-    let [east, west, north, south, near, far] = most;
+    let [east, west, north, south, near, far, rightmost, leftmost] = most;
     let (x, y) = ((east - west) / 2.0, (north - south) / 2.0);
     let least = ((east + west) / (2.0 * wide)).max((north + south) / (2.0 * tall));
     // A flat model that is seen from its edge has no extent across.
     let extent = (near + far).max(east + west).max(north + south).max(1e-6);
     let distance = least.max(near + 1e-3 * extent);
     // What is seen from its edge stays so.
-    let aside = if east + west > 1e-6 * extent { aside } else { 0.0 };
+    let aside = if rightmost + leftmost > 1e-6 * extent { aside } else { 0.0 };
     let axis = origin + right * (x - aside * distance * wide / FILLED) + up * y;
     let (eye, look_at) = (axis + back * distance, axis + back * ((near - far) / 2.0));
     Camera::Pinhole(PinholeCamera {

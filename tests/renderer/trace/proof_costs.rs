@@ -72,7 +72,7 @@ fn split_light_that_fades_is_not_given_up() {
 /// Rays of each scene that a contribution cut-off of 1/255 follows, POV-Ray's rule, which asks every light, and those of
 /// `max_codes` 1 and 0.
 fn rays_of_proofs(max_depth: Option<u32>) -> Vec<[f64; 3]> {
-    // What lamps send over many bounces is dear to prove: it has a test of its own.
+    // What lamps send over many bounces has a test of its own.
     rays_of(scene_names().into_iter().filter(|name| name != LAMPS), max_depth)
 }
 
@@ -99,12 +99,12 @@ fn rays_of(names: impl IntoIterator<Item = String>, max_depth: Option<u32>) -> V
     all
 }
 
-/// A cut-off looks at weights only; a proof knows how bright lamps are.
+/// Rays that stand for others weigh as much as their parents, so few are too light to be followed, by either rule.
 #[test]
-fn proofs_of_light_from_lamps_cost_more_rays() {
+fn proofs_of_light_from_lamps_cost_as_many_rays() {
     let [cut_off, one, none] = rays_of([LAMPS.to_owned()], Some(10))[0];
     println!("max_codes 1: {:.2}, max_codes 0: {:.2} of the rays of a cut-off of 1/255", one / cut_off, none / cut_off);
-    assert!((1.0..4.0).contains(&(one / cut_off)) && none >= one);
+    assert!((0.9..1.1).contains(&(one / cut_off)) && none >= one);
 }
 
 #[test]
