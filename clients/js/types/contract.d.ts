@@ -7160,6 +7160,8 @@ export interface operations {
                 turntable?: number;
                 /** @description A contact sheet of a turntable instead, as COLUMNSxROWS. */
                 sheet?: string;
+                /** @description Frames of a turntable's animation in a second. Default: 24. */
+                rate?: number;
             };
             header?: {
                 /** @description `respond-async` makes a job of it; `wait=20` waits up to 20 seconds for its picture. */

@@ -41,7 +41,7 @@ fn in_the_mean_nothing_changes() {
             "camera": { "pinhole": { "eye": [0.2, 0.1, 0], "look_at": [0.2, 0.1, -1] } },
             "materials": { "it": material },
             "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "it", "hollow": true } }],
-            "render": { "fidelity": "faithful", "samples": 256 }
+            "render": { "fidelity": "faithful", "samples": 64, "max_depth": 200, "min_weight": 1e-7 }
         });
         for precision in ["single", "double"] {
             let found = pixels(description.clone(), precision);

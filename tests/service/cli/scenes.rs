@@ -53,7 +53,8 @@ fn an_imported_model_is_the_picture_of_the_model() {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/models/Box.glb");
     std::fs::copy(from, folder.join("box.glb")).unwrap();
     for fidelity in ["fast", "faithful"] {
-        done(&folder, &["import", "box.glb", "--fidelity", fidelity, "-o", "box.json"], "");
+        let size = ["--width", "40", "--height", "40"];
+        done(&folder, &[&["import", "box.glb", "--fidelity", fidelity, "-o", "box.json"][..], &size].concat(), "");
         let picture = |file: &str, flags: &[&str]| {
             let args =
                 ["render", file, "-o", "-", "--format", "png", "--width", "40", "--height", "40", "--samples", "4"];
@@ -61,7 +62,7 @@ fn an_imported_model_is_the_picture_of_the_model() {
         };
         assert!(picture("box.json", &[]) == picture("box.glb", &["--fidelity", fidelity]), "{fidelity}");
     }
-    // The shape of the picture decides where the camera stands.
+    // The size of the picture decides where the camera stands.
     let settings = ["--width", "30", "--height", "16", "--dpr", "2", "--view", "front", "--background", "#336699"];
     done(&folder, &[&["import", "box.glb", "-o", "wide.json"][..], &settings].concat(), "");
     let picture = |args: &[&str]| done(&folder, &[&["render", "-o", "-", "--format", "png"], args].concat(), "");
