@@ -8,7 +8,7 @@ use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
-use super::soft_lamps::{is_seen, reflected_of_soft};
+use super::soft_lamps::{is_seen, without_what_rays_find};
 use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
@@ -114,7 +114,6 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         if !(lit | (facing & L::mask(s, spd))).any() {
             continue;
         }
-        let (mut without_rays, mut shares) = (V3 { x: zero, y: zero, z: zero }, 0);
         let mut radiance = phong(s, rays, hits, coefficients, light, arrival.to_light, cosine, arrival.strength, lit);
         if V::DETAILS
             && let Some(lobes) = lobes
@@ -122,13 +121,6 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             let reflected = reflected(s, rays, hits, lobes, arrival.to_light, cosine);
             let of_lobes = reflected.times(V3::splat(s, light.color)) * arrival.strength;
             radiance = V3::select(L::mask(s, lobes.lanes), of_lobes, radiance);
-            if is_seen::<L>(world, light) {
-                let to_light = arrival.to_light;
-                let shared = reflected_of_soft(s, light, rays, hits, coefficients, lobes, to_light, cosine);
-                let shared = shared.times(V3::splat(s, light.color)) * arrival.strength;
-                without_rays = V3::select(L::mask(s, lobes.lanes), shared, radiance);
-                shares = lobes.lanes;
-            }
         }
         let added = rays.weight.times(radiance);
         let little = little(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
@@ -164,13 +156,20 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             let shadow = shadow_rays(s, &place, origin, cast);
             passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
         }
-        if V::DETAILS && shares != 0 {
-            // Rays of lobes do not see lamps through bodies.
-            let one = L::lit(s, 1.0);
-            let free = passed.x.ge(one) & passed.y.ge(one) & passed.z.ge(one);
-            let always = !world.transmits || world.effects.has(Effect::Opacity);
-            let found_by_both = if always { L::mask(s, shares) } else { free & L::mask(s, shares) };
-            radiance = V3::select(found_by_both, without_rays, radiance);
+        if V::DETAILS
+            && let Some(lobes) = lobes
+            && is_seen::<L>(world, light)
+        {
+            radiance = without_what_rays_find(
+                s,
+                world,
+                light,
+                &place,
+                rays,
+                hits,
+                [coefficients.diffuse, radiance, passed],
+                lobes,
+            );
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         sum.add(s, lit.bits(), radiance);

@@ -45,10 +45,11 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn begin_roulette(&mut self, rays: &RayPacket<L>) {
         let effects = self.world.effects;
-        let is_layered = effects.has(Effect::GlobalIllumination) && effects.has(Effect::MetallicRoughness);
-        self.roulette.is_on = V::DETAILS && is_layered && rays.depth >= WHOLE && !rays.straight;
-        if self.roulette.is_on {
-            self.draw(rays);
+        if effects.has(Effect::GlobalIllumination) {
+            self.roulette.is_on = effects.has(Effect::MetallicRoughness) && rays.depth >= WHOLE && !rays.straight;
+            if self.roulette.is_on {
+                self.draw(rays);
+            }
         }
     }
 

@@ -11,9 +11,8 @@ use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
-use crate::shading::light::Light;
+use crate::shading::light::{Arrival, Light, Place};
 use crate::shading::lobes::{Lobes, limited};
-use crate::shading::material::Coefficients;
 use std::f64::consts::PI;
 
 /// The density of rays that a mirror sends into their only direction: nothing else may find what they do.
@@ -24,29 +23,38 @@ pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) 
     world.effects.has(Effect::GlobalIllumination) && world.rules.shadows.is_some() && light.sky_disc().is_some()
 }
 
-/// What lobes reflect of a point of a lamp, as `Lobes::reflected` says, without the share that their rays find.
+/// What surfaces reflect of a place of a lamp, for the color of which `radiance` is known, without the share that the rays of lobes
+/// find. These see no lamp through bodies, so where not all light has `passed`, all of it counts.
 #[inline(never)]
-pub(super) fn reflected_of_soft<L: Lanes>(
+pub(super) fn without_what_rays_find<L: Lanes>(
     s: L::Simd,
+    world: &World<L::Real>,
     light: &Light<L::Real>,
+    place: &Place<L>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
-    coefficients: &Coefficients<L>,
+    [diffuse, radiance, passed]: [V3<L>; 3],
     lobes: &Lobes<L>,
-    to_light: V3<L>,
-    cosine: L,
 ) -> V3<L> {
     L::vectorize(
         s,
         #[inline(always)]
         || {
+            let Arrival { to_light, strength } = light.arrive(s, hits.surface.point, place);
+            let (cosine, _) = lobes.faces(s, to_light, hits.ns.dot(to_light));
             let density = light.density_in_the_sky(s, to_light);
             let [own, over] = lobes.glances(s, hits.ns, to_light, -rays.dir, cosine);
-            let diffuse = coefficients.diffuse * cosine.max(L::lit(s, 0.0));
             let own = own.reflected * share(density, own.density);
             let over = over.reflected * share(density, over.density);
-            let all = diffuse + own + over;
-            if rays.kind == RayKind::Camera { all } else { limited(s, all) }
+            let all = diffuse * cosine.max(L::lit(s, 0.0)) + own + over;
+            let all = if rays.kind == RayKind::Camera { all } else { limited(s, all) };
+            let shared = all.times(V3::splat(s, light.color)) * strength;
+            let one = L::lit(s, 1.0);
+            let mut found_by_both = L::mask(s, lobes.lanes);
+            if world.transmits && !world.effects.has(Effect::Opacity) {
+                found_by_both = found_by_both & passed.x.ge(one) & passed.y.ge(one) & passed.z.ge(one);
+            }
+            V3::select(found_by_both, shared, radiance)
         },
     )
 }
