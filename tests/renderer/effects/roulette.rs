@@ -18,7 +18,7 @@ fn room(render: Value) -> Value {
     })
 }
 
-/// Each hit has a diffuse ray and a reflected one, and a chain ends after some 30: without roulette a sample took 700 rays.
+/// Each hit has a diffuse ray and a reflected one, again and again: without roulette samples of such rooms take hundreds of rays.
 #[test]
 fn a_white_room_takes_few_rays() {
     let scene = scene(room(json!({ "fidelity": "faithful", "samples": 16 })), "single");
