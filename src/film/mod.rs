@@ -8,6 +8,7 @@ pub mod encode;
 mod exr;
 mod format;
 mod layers;
+mod part;
 mod pfm;
 mod png;
 pub mod sheet;

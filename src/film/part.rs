@@ -1,0 +1,140 @@
+//! What is shown of pixels that are a part surface and a part transparent background.
+
+use super::display::Display;
+
+impl Display {
+    /// The linear colors, already multiplied by alpha, that are shown of a radiance of which a share `alpha` is not background, and
+    /// which is multiplied by it. Up to white it is a surface that fills this share, alpha T(C / alpha) with the curve T. What
+    /// is brighter, such as a highlight on clear glass, adds to it as it would over black: with W, the radiance as if its
+    /// brightest channel were white, T(C) - T(alpha W) + alpha T(W). Without a curve that is C.
+    pub(crate) fn show_part(&self, radiance: [f32; 3], alpha: f32) -> [f32; 3] {
+        if self.is_linear() {
+            return self.show(radiance);
+        }
+        let most = self.brightest(radiance);
+        if most <= alpha {
+            let shown = self.show(radiance.map(|channel| if alpha > 0.0 { channel / alpha } else { 0.0 }));
+            return shown.map(|channel| channel.min(1.0) * alpha);
+        }
+        let white = radiance.map(|channel| channel / most);
+        let [all, of_white, surface] =
+            [radiance, white.map(|channel| channel * alpha), white].map(|radiance| self.show(radiance));
+        std::array::from_fn(|c| (all[c] - of_white[c] + surface[c].min(1.0) * alpha).max(0.0))
+    }
+
+    /// The lowest and the highest of [`Self::show_part`] for a radiance between `low` and `high`, and an alpha between `least` and
+    /// `alpha`.
+    pub(crate) fn ends_of_part(&self, low: [f32; 3], high: [f32; 3], least: f32, alpha: f32) -> [[f32; 2]; 3] {
+        if self.is_linear() {
+            return self.ends(low, high);
+        }
+        let (dimmest, brightest) = (self.brightest(low), self.brightest(high));
+        // A radiance that is shown as white.
+        let white = (1.0 / self.gain()) as f32;
+        let part = |radiance: [f32; 3], by: f32| {
+            radiance.map(|channel| if channel > 0.0 { (channel / by).min(white) } else { 0.0 })
+        };
+        let mut hull = [[f32::INFINITY, 0.0]; 3];
+        let mut take = |ends: [[f32; 2]; 3]| {
+            for (hull, [low, high]) in hull.iter_mut().zip(ends) {
+                *hull = [hull[0].min(low.max(0.0)), hull[1].max(high)];
+            }
+        };
+        if dimmest <= alpha {
+            let surface = self.ends(part(low, alpha), part(high, least));
+            take(surface.map(|[low, high]| [low.min(1.0) * least, high.min(1.0) * alpha]));
+        }
+        if brightest > least {
+            let scaled = |radiance: [f32; 3], by: f32| radiance.map(|channel| channel * by.min(1.0));
+            let all = self.ends(low, high);
+            let of_white = self.ends(scaled(low, least / brightest), scaled(high, alpha / dimmest.max(least)));
+            let surface = self.ends(part(low, brightest.max(alpha)), part(high, dimmest.max(least)));
+            take(std::array::from_fn(|c| {
+                let [[low, high], [least_white, most_white], [dark, bright]] = [all[c], of_white[c], surface[c]];
+                [low - most_white + dark.min(1.0) * least, high - least_white + bright.min(1.0) * alpha]
+            }));
+        }
+        hull
+    }
+
+    /// The brightest channel of a radiance after exposure.
+    fn brightest(&self, radiance: [f32; 3]) -> f32 {
+        radiance.into_iter().map(|channel| self.expose(channel)).fold(0.0, f64::max) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tone::ToneMapping;
+
+    const CURVES: [ToneMapping; 3] = [ToneMapping::None, ToneMapping::KhronosPbrNeutral, ToneMapping::Agx];
+
+    /// Numbers from 0 to 1 that look random.
+    fn noise(i: u64) -> f32 {
+        let mut x = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        x = (x ^ (x >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (x >> 40) as f32 / (1 << 24) as f32
+    }
+
+    #[test]
+    fn no_part_leaves_the_interval_of_its_radiance_and_alpha() {
+        for tone in CURVES {
+            for stops in [-2.0, 0.0, 1.0] {
+                let display = Display::new(stops, tone);
+                for case in 0..4_000 {
+                    let at = |k: u64| noise(case * 50 + k);
+                    // Around alpha, and far above it.
+                    let alpha = at(0);
+                    let least = alpha * if at(1) < 0.2 { 0.0 } else { 1.0 - at(1) * at(2) };
+                    let scale = alpha * crate::math::pow(2.0, f64::from(8.0 * at(3) - 4.0)) as f32;
+                    let low: [f32; 3] = std::array::from_fn(|c| scale * at(4 + c as u64));
+                    let high: [f32; 3] = low.map(|channel| channel * (1.0 + at(8) * at(9)));
+                    let ends = display.ends_of_part(low, high, least, alpha);
+                    for inside in 0..10 {
+                        let share = |k: u64| {
+                            if inside < 4 { (inside >> (k & 1) & 1) as f32 } else { noise(case + 977 * inside + k) }
+                        };
+                        let light = std::array::from_fn(|c| low[c] + share(c as u64) * (high[c] - low[c]));
+                        let part = least + share(3) * (alpha - least);
+                        let shown = display.show_part(light, part);
+                        for c in 0..3 {
+                            let [least, most] = ends[c];
+                            let inside = least - 1e-5..=most + 1e-5;
+                            assert!(
+                                inside.contains(&shown[c]),
+                                "{tone:?} {stops} {low:?} {high:?} {light:?} {part} {ends:?} {shown:?}"
+                            );
+                        }
+                    }
+                    let ends = display.ends_of_part(low, low, alpha, alpha);
+                    let shown = display.show_part(low, alpha);
+                    assert!(
+                        (0..3).all(|c| ends[c][1] - ends[c][0] < 1e-5 && (ends[c][0] - shown[c]).abs() < 1e-5),
+                        "{ends:?} {shown:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// A surface fills its share; a highlight is as bright as over black, and nothing jumps in between.
+    #[test]
+    fn parts_are_surfaces_up_to_white_and_light_beyond() {
+        for tone in CURVES {
+            let display = Display::new(0.0, tone);
+            for alpha in [0.1_f32, 0.5, 1.0] {
+                let color = [0.8_f32, 0.4, 0.2];
+                let shown = display.show_part(color.map(|channel| channel * alpha), alpha);
+                assert!((0..3).all(|c| (shown[c] - display.show(color)[c] * alpha).abs() < 1e-6), "{tone:?} {shown:?}");
+                let near = |by: f32| display.show_part([alpha * by; 3], alpha)[0];
+                assert!((near(0.9999) - near(1.0001)).abs() < 1e-3, "{tone:?} {alpha}");
+            }
+            let bright = [18.0_f32; 3];
+            let (part, whole) = (display.show_part(bright, 0.05), display.show(bright));
+            assert!((0..3).all(|c| (part[c] - whole[c]).abs() < 0.05), "{tone:?} {part:?} {whole:?}");
+            assert_eq!(display.show_part(bright, 1.0), whole);
+            assert_eq!(display.show_part([0.0; 3], 0.0), [0.0; 3]);
+        }
+    }
+}
