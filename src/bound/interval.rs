@@ -1,8 +1,8 @@
 //! The interval in which a pixel lies when rays were omitted: from the sum of what was traced to that sum and the most that
 //! the omitted rays could add.
 
+use crate::film::Display;
 use crate::film::srgb::Codes8;
-use crate::film::{Display, code_of_alpha};
 use crate::lanes::Real;
 
 /// Codes by which a channel may be shown above its lower end. An interval of twice `max_codes` shows its middle code, which
@@ -17,30 +17,52 @@ pub(crate) fn alpha_allowed(max_codes: u8) -> f64 {
     0.25 * f64::from(max_codes).max(0.5) / 255.0
 }
 
-/// Whether the alpha of a whole pixel is proved, of which so much was seen of the background, and at most so much missed.
-pub(crate) fn alpha_proved(clear: f64, unseen: f64, max_codes: u8) -> bool {
-    let code = |clear: f64| code_of_alpha((1.0 - clear) as f32);
-    unseen <= alpha_allowed(max_codes) && (max_codes > 0 || code(clear) == code(clear + unseen))
+/// How much a pixel sees of a transparent background, or a part of it, and the most that it may have missed.
+pub(crate) type Background = Option<[f64; 2]>;
+
+/// The least and the most alpha there can be.
+fn alpha_ends([clear, unseen]: [f64; 2]) -> [f32; 2] {
+    [clear + unseen, clear].map(|clear| (1.0 - clear).clamp(0.0, 1.0) as f32)
 }
 
-/// Whether each channel of a pixel is proved to be at most `max_codes` off.
-pub(crate) fn proved(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> [bool; 3] {
-    if display.is_plain() {
-        let codes = Codes8::get();
-        return ends.map(|[low, high]| codes.code(high) - codes.code(low) <= max_codes + allowed_raise(low, max_codes));
-    }
-    let off = display.codes_off(ends.map(|[low, _]| low), ends.map(|[_, high]| high));
-    // Tone curves mix channels: each may be off because of another.
+/// Whether each channel of a whole pixel is proved to be at most `max_codes` off, and its alpha.
+pub(crate) fn proved(display: &Display, ends: [[f32; 2]; 3], background: Background, max_codes: u8) -> [bool; 3] {
+    let (low, high) = (ends.map(|[low, _]| low), ends.map(|[_, high]| high));
+    let off = match background {
+        Some(background) => display.codes_of_part_off(low, high, alpha_ends(background)),
+        None if display.is_plain() => {
+            let codes = Codes8::get();
+            return ends
+                .map(|[low, high]| codes.code(high) - codes.code(low) <= max_codes + allowed_raise(low, max_codes));
+        }
+        None => display.codes_off(low, high),
+    };
+    // Tone curves mix channels, and alpha is of all of them: each may be off because of another.
     [off.iter().all(|off| *off <= max_codes); 3]
 }
 
+/// The interval of each linear channel that is shown, and the codes by which it may be raised.
+fn shown(display: &Display, ends: [[f32; 2]; 3], background: Background, max_codes: u8) -> ([[f32; 2]; 3], u8) {
+    let (low, high) = (ends.map(|[low, _]| low), ends.map(|[_, high]| high));
+    match background {
+        Some(background) => {
+            let [least, most] = alpha_ends(background);
+            let behind = display.backdrop().unwrap_or_default();
+            let mut shown = display.ends_of_part(low, high, least, most);
+            for ([low, high], behind) in shown.iter_mut().zip(behind) {
+                (*low, *high) = (*low + behind * (1.0 - most), *high + behind * (1.0 - least));
+            }
+            (shown, 0)
+        }
+        None if display.is_plain() => (ends, max_codes),
+        None => (display.ends(low, high), 0),
+    }
+}
+
 /// The light that a pixel misses at most, as a multiple of what it may miss; 1 or more.
-pub(crate) fn excess(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> f64 {
+pub(crate) fn excess(display: &Display, ends: [[f32; 2]; 3], background: Background, max_codes: u8) -> f64 {
     let codes = Codes8::get();
-    let (shown, raise) = match display.is_plain() {
-        true => (ends, max_codes),
-        false => (display.ends(ends.map(|[low, _]| low), ends.map(|[_, high]| high)), 0),
-    };
+    let (shown, raise) = shown(display, ends, background, max_codes);
     let channel = |[low, high]: [f32; 2]| {
         let most = codes.code(low).saturating_add(max_codes + allowed_raise(low, raise));
         if most == u8::MAX {
@@ -52,12 +74,9 @@ pub(crate) fn excess(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> f
 }
 
 /// The width of each channel's interval as a share of the codes that it may be wide; with 0 codes, of one code.
-pub(crate) fn share_of_code(display: &Display, ends: [[f32; 2]; 3], max_codes: u8) -> [f64; 3] {
+pub(crate) fn share_of_code(display: &Display, ends: [[f32; 2]; 3], background: Background, max_codes: u8) -> [f64; 3] {
     let codes = Codes8::get();
-    let (shown, raise) = match display.is_plain() {
-        true => (ends, max_codes),
-        false => (display.ends(ends.map(|[low, _]| low), ends.map(|[_, high]| high)), 0),
-    };
+    let (shown, raise) = shown(display, ends, background, max_codes);
     shown.map(|[low, high]| {
         let code = codes.code(low);
         if code == u8::MAX {

@@ -24,6 +24,7 @@ pub use encode::{Codes, encode};
 pub use exr::encode_with as encode_exr_with;
 pub use format::{DEFAULT_QUALITY, FileFormat, Misplaced, PictureFormat};
 pub use layers::{ID_CHANNELS, Layer};
+pub(crate) use part::code_of_alpha;
 pub use pfm::encode_gray;
 pub use png::NOTE;
 pub use tone::{ToneMapping, taken_by_khronos_pbr_neutral};
@@ -120,16 +121,6 @@ pub struct Film {
     pub display: Display,
 }
 
-/// The 8-bit code of an alpha.
-pub(crate) fn code_of_alpha(alpha: f32) -> u8 {
-    (255.0 * alpha.clamp(0.0, 1.0)).round() as u8
-}
-
-/// An alpha with which a file can show so much light, already multiplied by it.
-fn raised(alpha: f32, light: [f32; 3]) -> f32 {
-    light.into_iter().fold(alpha, f32::max).min(1.0)
-}
-
 impl Film {
     /// Whether pictures of codes are transparent where nothing is.
     pub fn is_clear(&self) -> bool {
@@ -160,7 +151,7 @@ impl Film {
     fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {
         let undo = |(pixel, alpha): (&[f32; 3], &f32)| {
             let shown = self.display.show_part(*pixel, *alpha);
-            let alpha = raised(*alpha, shown);
+            let alpha = part::raised(*alpha, shown);
             (if alpha > 0.0 { shown.map(|channel| channel / alpha) } else { [0.0; 3] }, alpha)
         };
         self.pixels.par_iter().zip(&self.alpha).map(undo).unzip()
@@ -177,19 +168,6 @@ impl Film {
             return self.display.codes(pixel).map(|code| most(code).max(of_alpha));
         }
         let Some(&alpha) = self.alpha.get(index) else { return self.display.codes_off(pixel, highest) };
-        let least = least_alpha.min(alpha);
-        let shown = self.display.show_part(pixel, alpha);
-        let ends = self.display.ends_of_part(pixel, highest, least, alpha);
-        let [low, high] = [0, 1].map(|end| ends.map(|ends| ends[end]));
-        let of_file = code_of_alpha(raised(alpha, shown));
-        let of_alpha = [raised(least, low), raised(alpha, high)].map(|end| code_of_alpha(end).abs_diff(of_file));
-        // Files over a backdrop have no alpha.
-        let of_alpha = if self.is_clear() { of_alpha[0].max(of_alpha[1]) } else { 0 };
-        let backdrop = self.display.backdrop().unwrap_or_default();
-        std::array::from_fn(|c| {
-            let code = |light: f32, alpha: f32| srgb::code8(light + backdrop[c] * (1.0 - alpha));
-            let [low, here, high] = [code(low[c], alpha), code(shown[c], alpha), code(high[c], least)];
-            high.abs_diff(here).max(low.abs_diff(here)).max(of_alpha)
-        })
+        self.display.codes_of_part_off(pixel, highest, [least_alpha.min(alpha), alpha])
     }
 }

@@ -1,6 +1,17 @@
 //! What is shown of pixels that are a part surface and a part transparent background.
 
 use super::display::Display;
+use super::srgb;
+
+/// The 8-bit code of an alpha.
+pub(crate) fn code_of_alpha(alpha: f32) -> u8 {
+    (255.0 * alpha.clamp(0.0, 1.0)).round() as u8
+}
+
+/// An alpha with which a file can show so much light, already multiplied by it.
+pub(super) fn raised(alpha: f32, light: [f32; 3]) -> f32 {
+    light.into_iter().fold(alpha, f32::max).min(1.0)
+}
 
 impl Display {
     /// The linear colors, already multiplied by alpha, that are shown of a radiance of which a share `alpha` is not background, and
@@ -55,6 +66,25 @@ impl Display {
             }));
         }
         hull
+    }
+
+    /// How many codes a pixel is off at most, channel by channel, that shows the radiance `low` with `alpha`, if its radiance is nowhere
+    /// above `high`, and its alpha not below `least`: of the picture over the backdrop, or else black, and of the alpha that
+    /// files have.
+    pub(crate) fn codes_of_part_off(&self, low: [f32; 3], high: [f32; 3], [least, alpha]: [f32; 2]) -> [u8; 3] {
+        let shown = self.show_part(low, alpha);
+        let ends = self.ends_of_part(low, high, least, alpha);
+        let [low, high] = [0, 1].map(|end| ends.map(|ends| ends[end]));
+        let of_file = code_of_alpha(raised(alpha, shown));
+        let of_alpha = [raised(least, low), raised(alpha, high)].map(|end| code_of_alpha(end).abs_diff(of_file));
+        // Files over a backdrop have no alpha.
+        let of_alpha = if self.backdrop().is_none() { of_alpha[0].max(of_alpha[1]) } else { 0 };
+        let backdrop = self.backdrop().unwrap_or_default();
+        std::array::from_fn(|c| {
+            let code = |light: f32, alpha: f32| srgb::code8(light + backdrop[c] * (1.0 - alpha));
+            let [low, here, high] = [code(low[c], alpha), code(shown[c], alpha), code(high[c], least)];
+            high.abs_diff(here).max(low.abs_diff(here)).max(of_alpha)
+        })
     }
 
     /// The brightest channel of a radiance after exposure.

@@ -23,7 +23,7 @@ use std::collections::HashSet;
 /// Samples that pixels begin with. With 4, things that move are missed.
 pub(crate) const FIRST: u32 = 8;
 /// Most samples of a pixel.
-const MOST: u32 = 256;
+pub(super) const MOST: u32 = 256;
 /// Looks at a pixel. Each asks its neighbours, so this is how far away those are on which a pixel depends.
 const BORDER: u32 = (MOST / FIRST).ilog2();
 /// The difference, in codes, from which on a pixel goes on after its first samples.
@@ -31,7 +31,7 @@ const TARGET: f64 = 0.9;
 /// By which power of the number of samples it grows.
 const GROWTH: f64 = 0.7;
 /// Weight of a pixel's own difference beside those around it.
-const OWN: f32 = 0.7;
+pub(super) const OWN: f32 = 0.7;
 /// Weight of what was seen at the last look, in squares, and what is left of it after a doubling.
 const BEFORE: f32 = 0.3;
 const LEFT: f32 = 0.6;
@@ -85,7 +85,7 @@ pub(super) fn runs(samples: u32) -> impl Iterator<Item = Samples> {
 }
 
 /// The difference from which on a pixel goes on after so many samples.
-fn target(samples: u32) -> f32 {
+pub(super) fn target(samples: u32) -> f32 {
     (TARGET * math::pow(f64::from(samples / FIRST), GROWTH)) as f32
 }
 
@@ -263,11 +263,11 @@ impl<R: KernelFormat> Patch<'_, R> {
     /// Traces those pixels again whose runs are proved, each for itself, but not their mean.
     fn prove(&self, out: &mut Traced, bounded: &mut Vec<BoundedPixel>) -> Result<(), Cancelled> {
         let Pruning::Proved { max_codes } = self.job.pruning else { return Ok(()) };
-        let display = &self.job.world.display;
+        let world = &self.job.world;
         let open: Vec<(u32, [u32; 2])> = bounded
             .iter()
             .map(|bounded| (self.sums[self.around.index(bounded.at)], bounded.at))
-            .filter(|(sums, _)| sums.is_unproved(display, max_codes))
+            .filter(|(sums, _)| sums.is_unproved(&world.display, world.transparent, max_codes))
             .map(|(sums, at)| (sums.samples, at))
             .collect();
         let mut counts: Vec<u32> = open.iter().map(|(samples, _)| *samples).collect();

@@ -64,7 +64,8 @@ pub(crate) fn trace_pixel_samples<L: Lanes, O: Observer<L>, V: Variant>(
         match tracer.pruning {
             // Runs are proved, each for itself, but not their mean.
             Pruning::Proved { max_codes }
-                if grouping == Grouping::Runs && all.is_unproved(tracer.display(), max_codes) =>
+                if grouping == Grouping::Runs
+                    && all.is_unproved(tracer.display(), tracer.is_transparent(), max_codes) =>
             {
                 grouping = Grouping::Whole;
             }

@@ -3,7 +3,7 @@
 //! Samples are added in double precision, group by group in the order of their numbers. So a pixel depends neither on the batches that its samples
 //! were traced in nor on the width of packets.
 
-use crate::bound::interval::{alpha_proved, interval, proved};
+use crate::bound::interval::{interval, proved};
 use crate::film::Display;
 use crate::lanes::{Lanes, MAX_LANES, lanes_of};
 use crate::scene::world::Pruning;
@@ -273,7 +273,7 @@ impl SampleSums {
     /// The pixels that may be more than `max_codes` off, though none of their proofs was given up.
     fn unproved(&self, among: u32, display: &Display, max_codes: u8) -> u32 {
         lanes_of(among)
-            .filter(|pixel| self.pixel(*pixel).is_unproved(display, max_codes))
+            .filter(|pixel| self.pixel(*pixel).is_unproved(display, self.is_transparent, max_codes))
             .fold(0, |unproved, pixel| unproved | 1 << pixel)
     }
 }
@@ -326,12 +326,10 @@ impl PixelSums {
     }
 
     /// Whether it may be more than `max_codes` off, though its proof was not given up.
-    pub(super) fn is_unproved(&self, display: &Display, max_codes: u8) -> bool {
-        let mean = self.mean();
+    pub(super) fn is_unproved(&self, display: &Display, is_transparent: bool, max_codes: u8) -> bool {
         let is_proved = || {
-            let of_light = proved(display, mean.ends(), max_codes).into_iter().all(|is_proved| is_proved);
-            let [clear, unseen] = [self.clear[0], self.unseen].map(|share| share / f64::from(self.samples));
-            of_light && (unseen == 0.0 || alpha_proved(clear, unseen, max_codes))
+            let seen = [self.clear[0], self.unseen].map(|share| share / f64::from(self.samples));
+            proved(display, self.mean().ends(), is_transparent.then_some(seen), max_codes) == [true; 3]
         };
         self.is_incomplete() && !self.given_up && !is_proved()
     }

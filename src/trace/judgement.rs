@@ -10,7 +10,7 @@ use super::kernel::Tracer;
 use super::observer::Observer;
 use super::pixel_sum::{PixelSum, relative_error};
 use super::proof::ATTEMPTS;
-use crate::bound::interval::{alpha_allowed, alpha_proved, excess, interval, proved, share_of_code};
+use crate::bound::interval::{Background, alpha_allowed, excess, interval, proved, share_of_code};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::math::{log2, pow};
 use crate::scene::world::Pruning;
@@ -62,19 +62,19 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 rays += standing.rays[sample];
             }
             let of_group = |all: &[f64; BATCH]| lanes_of(group).map(|sample| share * all[sample]).sum::<f64>();
-            let [clear, unseen] =
-                background.as_ref().map_or([0.0; 2], |background| background.each_ref().map(of_group));
+            let seen = background.as_ref().map(|background| background.each_ref().map(of_group));
+            let unseen = seen.map_or(0.0, |[_, unseen]| unseen);
             if omitted == [0.0; 3] && unseen == 0.0 {
                 continue;
             }
             // No sample has more rays than all of them.
             let rounding = self.rounding(rays);
             let ends = interval(light, omitted, rounding);
-            let proved = self.is_proved(group, max_codes, ends);
+            let proved = self.is_proved(group, max_codes, ends, seen);
             // Where rounding alone may change a code, more rays do not help.
             let further = (0..3).any(|c| !proved[c] && omitted[c] > 0.5 * rounding * light[c]);
-            if further || (unseen > 0.0 && !self.is_alpha_proved(group, max_codes, clear, unseen)) {
-                if self.is_within_reach(group, max_codes, ends, unseen, rays) {
+            if further || (proved != [true; 3] && unseen > 0.5 * rounding) {
+                if self.is_within_reach(group, max_codes, ends, seen, rays) {
                     unproved |= group;
                 } else {
                     self.proof.given_up |= group;
@@ -84,20 +84,15 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.proof.unproved = unproved;
     }
 
-    /// Whether each channel of a group is proved.
-    fn is_proved(&self, group: u32, max_codes: u8, ends: [[f32; 2]; 3]) -> [bool; 3] {
+    /// Whether each channel of a group is proved, and its alpha.
+    fn is_proved(&self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], seen: Background) -> [bool; 3] {
         let display = &self.world.display;
         match self.width(group, max_codes) {
-            None => proved(display, ends, max_codes),
-            Some(width) => share_of_code(display, ends, max_codes).map(|share| share <= width),
-        }
-    }
-
-    /// Whether the alpha of a group is proved.
-    fn is_alpha_proved(&self, group: u32, max_codes: u8, clear: f64, unseen: f64) -> bool {
-        match self.width(group, max_codes) {
-            None => alpha_proved(clear, unseen, max_codes),
-            Some(width) => unseen <= width * alpha_allowed(max_codes),
+            None => proved(display, ends, seen, max_codes),
+            Some(width) => {
+                let is_seen = seen.is_none_or(|[_, unseen]| unseen <= width * alpha_allowed(max_codes));
+                share_of_code(display, ends, seen, max_codes).map(|share| is_seen && share <= width)
+            }
         }
     }
 
@@ -121,7 +116,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Whether a group is likely proved before it has had all of its rays. What it misses falls as a power of the number of rays,
     /// which the rounds so far tell.
     #[inline(never)]
-    fn is_within_reach(&mut self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], unseen: f64, rays: f64) -> bool {
+    fn is_within_reach(&mut self, group: u32, max_codes: u8, ends: [[f32; 2]; 3], seen: Background, rays: f64) -> bool {
         let count = |sample: usize| self.certificate_of(sample / L::COUNT).deferred.count(sample % L::COUNT);
         // A few rays are no explosion: they end at the depth that the picture is held against.
         if self.world.ceiling.reach.max_depth.is_some() && lanes_of(group).all(|sample| count(sample) <= CHAINS) {
@@ -136,6 +131,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         if rays < (FREE_SHARE * most_rays).max(1.5 * before.rays) {
             return true;
         }
+        let unseen = seen.map_or(0.0, |[_, unseen]| unseen);
         let omitted = ends.iter().map(|[low, high]| f64::from(high - low)).fold(unseen, f64::max);
         let rate = log2(before.omitted / omitted) / log2(rays / before.rays);
         self.proof.checkpoints[first] = Checkpoint { rays, omitted };
@@ -144,9 +140,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             |sample: usize| self.certificate_of(sample / L::COUNT).skipped_light.lane(sample % L::COUNT).to_f64();
         let skipped = lanes_of(group).map(skipped).sum::<f64>() / f64::from(group.count_ones());
         let excess = match self.width(group, max_codes) {
-            None => excess(&self.world.display, ends, max_codes),
+            None => excess(&self.world.display, ends, seen, max_codes),
             Some(width) => {
-                let shares = share_of_code(&self.world.display, ends, max_codes);
+                let shares = share_of_code(&self.world.display, ends, seen, max_codes);
                 shares.into_iter().fold(1.0, |most, share| f64::max(most, share / width))
             }
         };
