@@ -1,12 +1,13 @@
 //! A picture while it is rendered in steps.
 
 use super::contrast::{CONTRAST, codes_of, codes_over_background, contrasts, over_background};
+use super::doubling::OWN;
 use super::held_out::{HeldOut, QUANTILES};
 use super::interpolation::interpolate;
 use super::ladder::{Chunk, Ladder};
 use super::packets::Traced;
 use crate::bound::BoundedPixel;
-use crate::film::{Display, Region, code_of_alpha};
+use crate::film::{Display, Region};
 use crate::trace::counts::RayCounts;
 use rayon::prelude::*;
 
@@ -86,13 +87,14 @@ impl PartialPicture {
     /// Codes that omitted rays could add to a traced pixel.
     pub(super) fn lacking(&self, index: usize) -> u8 {
         let (shown, highest) = (self.shown[index], self.highest[index]);
-        let of_alpha =
-            self.alpha.get(index).map_or(0, |alpha| code_of_alpha(*alpha) - code_of_alpha(self.least_alpha[index]));
-        if highest == shown {
-            of_alpha
-        } else {
-            self.display.codes_off(shown, highest).into_iter().fold(of_alpha, u8::max)
-        }
+        let off = match self.alpha.get(index) {
+            Some(&alpha) if highest != shown || self.least_alpha[index] < alpha => {
+                self.display.codes_of_part_off(shown, highest, [self.least_alpha[index], alpha])
+            }
+            None if highest != shown => self.display.codes_off(shown, highest),
+            _ => return 0,
+        };
+        off.into_iter().fold(0, u8::max)
     }
 
     /// Whether that pixel next to one, or it itself, lacks light with few rays that is traced before all others there.
@@ -100,6 +102,24 @@ impl PartialPicture {
         let width = self.region.width as usize;
         let (column, row) = (index % width, index / width);
         self.lacks[(row & !1) * width + (column & !1)]
+    }
+
+    /// How far a traced pixel is likely off, in codes, by its samples and those of its neighbours, which may agree by chance.
+    pub(super) fn likely(&self, index: usize) -> f32 {
+        let off = |index: usize| 0.5 * f32::from(self.widths[index]);
+        let (mut squares, mut count) = (0.0, 0.0);
+        let Region { width, height, .. } = self.region;
+        let [x, y] = [index as u32 % width, index as u32 / width];
+        for y in y.saturating_sub(1)..(y + 2).min(height) {
+            for x in x.saturating_sub(1)..(x + 2).min(width) {
+                let near = (y * width + x) as usize;
+                // One sample tells nothing.
+                if self.levels[near] > 2 {
+                    (squares, count) = (squares + off(near) * off(near), count + 1.0);
+                }
+            }
+        }
+        (squares / count).sqrt().max(OWN * off(index))
     }
 
     /// Takes up the pixels of a chunk, of which those at the end may not have been traced.
