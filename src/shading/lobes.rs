@@ -92,6 +92,11 @@ pub struct Lobes<L: Lanes> {
     pub passing: L,
     /// That share in color.
     pub transmission: V3<L>,
+    /// The lanes whose surface reflects by a wide lobe.
+    pub wide: u32,
+    /// The share of light that the surface lets in at the angle of the eye: what it does not reflect of light from all around, so
+    /// that white keeps all light.
+    pub let_in: L,
     /// Emitted radiance.
     pub emission: V3<L>,
     /// How much of the surface is there.
@@ -182,7 +187,8 @@ impl<L: Lanes> Lobes<L> {
         let exact = L::select(every, exact * open, exact);
         let hidden = L::select(mirrors_exactly, exact, lost[0] * a + lost[1] * b);
         let returned = L::select(smooth & !every, one, one + lost[0] * again);
-        let scattered = diffuse * (one - hidden * returned);
+        let let_in = one - hidden * returned;
+        let scattered = diffuse * let_in;
         let blurred = V3::select(smooth, nothing, f0 * a + f90 * b);
         let coat_blurred = L::select(L::mask(s, lanes), coat * (one - coat_smooth), zero);
         let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
@@ -206,8 +212,8 @@ impl<L: Lanes> Lobes<L> {
             let mask = L::mask(s, apart);
             (lacquer, coat_mirror) = (L::select(mask, coat_mirror, zero), L::select(mask, zero, coat_mirror));
         }
-        let (wide, coat_wide) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
-        let (facets, lacquer_facets) = (chosen(s, wide, every), chosen(s, coat_wide, every));
+        let (width, coat_width) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
+        let (facets, lacquer_facets) = (chosen(s, width, every), chosen(s, coat_width, every));
         let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
         Self {
             lanes,
@@ -215,13 +221,13 @@ impl<L: Lanes> Lobes<L> {
             f0,
             f90,
             lost,
-            width: wide.max(L::lit(s, NARROWEST)),
+            width: width.max(L::lit(s, NARROWEST)),
             coat,
             coat_gain: one / open_coat,
             open: [open, open_coat],
             other,
             by_schlick: bright.bits() & lanes,
-            coat_width: coat_wide.max(L::lit(s, NARROWEST)),
+            coat_width: coat_width.max(L::lit(s, NARROWEST)),
             coat_ns,
             apart,
             ambient: ambient * p.occlusion,
@@ -240,6 +246,8 @@ impl<L: Lanes> Lobes<L> {
             coat_mirror,
             passing,
             transmission: p.base_color * passing,
+            wide: !smooth.bits() & lanes,
+            let_in,
             emission: p.emissive * (one - coat),
             opacity: p.opacity,
         }

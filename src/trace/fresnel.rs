@@ -169,10 +169,12 @@ fn at_angles_in<L: Lanes>(
         let lacquer = V3 { x: lobes.coat_mirror, y: lobes.coat_mirror, z: lobes.coat_mirror };
         let mask = L::mask(s, lobes.lanes);
         r_s = V3::select(mask, r_s + metal + lacquer, r_s);
-        if let Some(bent) = bent {
-            let inside = V3 { x: lobes.passing, y: lobes.passing, z: lobes.passing };
-            r_s = V3::select(mask & L::mask(s, bent.lanes) & bent.refraction.total, inside, r_s);
-        }
+        // What a wide lobe reflects is its share of light from all around, and what is left passes.
+        let wide = L::mask(s, lobes.wide);
+        let total = bent.map_or(L::mask(s, 0), |bent| L::mask(s, bent.lanes) & bent.refraction.total);
+        r_t = V3::select(wide, coefficients.transmission * L::select(total, zero, lobes.let_in), r_t);
+        let inside = L::select(wide, lobes.passing * lobes.let_in, lobes.passing);
+        r_s = V3::select(mask & total, V3 { x: inside, y: inside, z: inside }, r_s);
         let mut mirrored = r_s;
         if lobes.apart != 0 {
             let lacquer = L::select(L::mask(s, lobes.apart), lobes.lacquer, zero);

@@ -80,12 +80,12 @@ impl<L: Lanes> RayCones<L> {
     }
 
     /// The cones of transmitted rays: with t = eta d + (eta cos_1 - cos_2) n, they widen as d and n do. In `unseen` lanes the
-    /// surface is invisible, and the current ray goes on.
+    /// surface is invisible, and the current ray goes on. It finds its light alone: shadow rays end at such a surface.
     #[inline(always)]
     pub(super) fn transmitted(&self, s: L::Simd, curvature: L, eta: L, bend: L, unseen: L::Mask) -> Cones<L> {
-        let ([width, spread, _], [start, old, chosen]) = (self.next, self.current);
+        let ([width, spread, _], [start, old, _]) = (self.next, self.current);
         let spread = L::select(unseen, old, eta * spread + bend * curvature * width);
-        [L::select(unseen, start, width), spread, L::select(unseen, chosen, L::lit(s, 0.0))]
+        [L::select(unseen, start, width), spread, L::lit(s, 0.0)]
     }
 
     /// How likely the directions of the current rays were.

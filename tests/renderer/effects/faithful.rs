@@ -12,16 +12,16 @@ use strahl::film::srgb::code8;
 use strahl::render::{RenderOptions, render_with};
 
 /// The mean of a picture.
-fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
+pub(super) fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
     std::array::from_fn(|c| pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>() / pixels.len() as f64)
 }
 
-fn faithful(depth: u32, samples: u32) -> Value {
+pub(super) fn faithful(depth: u32, samples: u32) -> Value {
     json!({ "fidelity": "faithful", "max_depth": depth, "min_weight": 1e-5, "samples": samples, "antialias": false })
 }
 
 /// A ball that fills the picture, alone in surroundings.
-fn ball(material: Value, around: Value, render: Value) -> Value {
+pub(super) fn ball(material: Value, around: Value, render: Value) -> Value {
     let mut scene = json!({
         "version": 1, "image": { "width": 16, "height": 16 },
         "camera": { "orthographic": { "eye": [0, 0, 5], "look_at": [0, 0, 0], "height": 1.3 } },

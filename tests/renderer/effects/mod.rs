@@ -18,6 +18,7 @@ mod fog;
 mod fresnel;
 mod metallic_roughness;
 mod motion;
+mod panes;
 mod roulette;
 mod shadow_catcher;
 mod textures;
