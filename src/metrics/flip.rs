@@ -1,8 +1,10 @@
 //! FLIP, the difference that a person sees who flips between two pictures (Andersson, Nilsson, Akenine-Möller,
-//! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures.
+//! Oskarsson, Åström, Fairchild, FLIP: A Difference Evaluator for Alternating Images, HPG 2020), for 8-bit pictures. Once the work
+//! of a thread is to stop, what it says is of no use.
 
 use super::image::over_both;
 use super::{Image8, Spread};
+use crate::control;
 use crate::math::{self, exp, pow, srgb_to_linear};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
@@ -26,6 +28,9 @@ fn over_black(reference: &Image8, test: &Image8) -> Vec<f64> {
     let (a, b) = (Seen::new(reference), Seen::new(test));
     let most = pow(hyab(hunt([0.0, 1.0, 0.0]), hunt([0.0, 0.0, 1.0])), 0.7);
     let pixel = |i: usize| {
+        if control::step(1) {
+            return 0.0;
+        }
         let color = spread_out(pow(hyab(a.color[i], b.color[i]), 0.7), most);
         let edges = (a.edges[i] - b.edges[i]).abs();
         let points = (a.points[i] - b.points[i]).abs();
@@ -99,13 +104,21 @@ impl Plane {
     /// Filtered by one kernel along rows and another along columns; beyond the edge lies the pixel at the edge.
     fn filtered(&self, along_x: &[f64], along_y: &[f64]) -> Vec<f64> {
         let (width, height) = (self.width, self.height);
+        let stops = |len: usize| control::step(1 + (len / 8) as u32);
         let row = |values: &[f64], y: usize| -> Vec<f64> {
+            if stops(width) {
+                return vec![0.0; width];
+            }
             let values = &values[y * width..(y + 1) * width];
             (0..width).map(|x| weighted(along_x, x, width, |x| values[x])).collect()
         };
         let rows: Vec<Vec<f64>> = (0..height).into_par_iter().map(|y| row(&self.values, y)).collect();
-        let column =
-            |y: usize| -> Vec<f64> { (0..width).map(|x| weighted(along_y, y, height, |y| rows[y][x])).collect() };
+        let column = |y: usize| -> Vec<f64> {
+            if stops(width) {
+                return vec![0.0; width];
+            }
+            (0..width).map(|x| weighted(along_y, y, height, |y| rows[y][x])).collect()
+        };
         let columns: Vec<Vec<f64>> = (0..height).into_par_iter().map(column).collect();
         columns.concat()
     }
@@ -213,5 +226,20 @@ mod tests {
         assert_eq!(flip(&black, &black).max, 0.0);
         let all = flip(&black, &white);
         assert!((all.mean - 1.0).abs() < 0.05 && (all.max - all.mean).abs() < 1e-9, "{all:?}");
+    }
+
+    #[test]
+    fn work_that_is_to_stop_compares_no_further() {
+        let [black, white] = [[0; 3], [255; 3]].map(|code| picture(512, vec![code; 1 << 18]));
+        let control = control::Control::default();
+        control.cancel();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let stopped = pool.install(|| {
+            control.enter_for_good();
+            [flip(&black, &white), crate::metrics::ciede2000(&black, &white)]
+        });
+        // The thread looks now and then only.
+        assert!(stopped.iter().all(|spread| spread.mean < 0.5), "{stopped:?}");
+        assert!(flip(&black, &white).mean > 0.9);
     }
 }

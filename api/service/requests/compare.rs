@@ -12,8 +12,7 @@ use strahl::film::{FileFormat, Film, Region, encode, encode_gray};
 use strahl::metrics::{CodeErrors, Image8, Spread, ciede2000, code_errors, flip, flip_map};
 use strahl::render::Cancelled;
 
-/// Most pixels of pictures that are compared as people see them, which takes a thousand times as long as comparing codes, and
-/// can be neither paused nor cancelled.
+/// Most pixels of pictures that are compared as people see them, which takes a thousand times as long as comparing codes.
 pub(crate) const SEEN_PIXELS: u64 = 1 << 22;
 /// Bytes of memory for each pixel of two pictures that are compared.
 const CODES_BYTES: u64 = 48;
@@ -78,6 +77,7 @@ impl Service {
             work.workers.work(|| {
                 let [a, b] = [decoded(&files[0])?, decoded(&files[1])?];
                 let seen = (pixels(size) <= SEEN_PIXELS).then(|| [flip(&a, &b), ciede2000(&a, &b)]);
+                unless_cancelled()?;
                 Ok(Compared { codes: code_errors(&a, &b), seen })
             })?
         };
@@ -126,6 +126,7 @@ fn draw(files: &[Arc<PictureFile>; 2], [width, height]: [u32; 2], drawn: Drawn) 
         Drawn::Flip => {
             let [a, b] = [decoded(&files[0])?, decoded(&files[1])?];
             let values: Vec<f32> = flip_map(&a, &b).into_iter().map(|value| value as f32).collect();
+            unless_cancelled()?;
             Ok(encode_gray(width, height, &values))
         }
         Drawn::Codes(gain) => {
@@ -147,11 +148,15 @@ pub(crate) fn size_of(file: &PictureFile) -> Result<[u32; 2], Error> {
     size.ok_or(Error::Internal("a picture cannot be read"))
 }
 
+fn unless_cancelled() -> Result<(), Error> {
+    strahl::control::checkpoint(1).map_err(|Cancelled| Error::Cancelled)
+}
+
 /// The codes of a PNG file that we have written.
 fn decoded(file: &PictureFile) -> Result<Image8, Error> {
     let picture = load_from_memory_with_format(&file.bytes, ImageFormat::Png);
     let picture = picture.map_err(|_| Error::Internal("a picture cannot be read"))?.into_rgba8();
-    strahl::control::checkpoint(1).map_err(|Cancelled| Error::Cancelled)?;
+    unless_cancelled()?;
     let width = picture.width() as usize;
     Ok(Image8::straight(width, picture.as_raw().as_chunks::<4>().0))
 }
