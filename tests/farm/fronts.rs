@@ -371,6 +371,28 @@ fn a_job_is_changed_canceled_and_deleted_at_any_front() {
     wait_for(there, &third, "succeeded");
 }
 
+/// A scene that was posted at one front is known at all, until it is deleted at any.
+#[test]
+fn a_posted_scene_is_known_at_every_front() {
+    let Some(farm) = Fronts::start(2, &[]) else { return };
+    let [here, there] = [&farm.fronts[0], &farm.fronts[1]];
+    let known = here.post_json("/v1/scenes", BALL).json();
+    let link = |name: &str| known["links"][name].as_str().unwrap().to_owned();
+    for path in [link("iiif"), link("xyz"), link("dzi"), link("self")] {
+        assert_eq!([here, there].map(|front| front.get(&path).status), [200; 2], "{path}");
+    }
+    let picture = format!("/v1/images/{}.png", known["image_id"].as_str().unwrap());
+    let [first, second] = [here, there].map(|front| front.get(&picture));
+    assert!(second.status == 200 && first.body == second.body, "{}", second.text());
+    let variation = json!({ "base": known["scene_id"], "patch": { "ambient": 0.5 } }).to_string();
+    let varied = [here, there].map(|front| front.post_json("/v1/render", &variation));
+    assert!(varied[1].status == 200 && varied[0].body == varied[1].body, "{}", varied[1].text());
+    let path = format!("/v1/scenes/{}", known["scene_id"].as_str().unwrap());
+    assert_eq!(there.send("DELETE", &path, &[], b"").status, 204);
+    assert_eq!([here, there].map(|front| front.get(&path).status), [404; 2]);
+    assert_eq!(here.send("DELETE", &path, &[], b"").status, 404);
+}
+
 /// Pictures and scenes go once no job needs them, whichever front has accepted, finished or deleted the jobs.
 #[test]
 fn nothing_stays_in_the_store_that_no_job_needs() {

@@ -168,7 +168,7 @@ async fn remove(
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
 ) -> Result<StatusCode, Problem> {
-    match app.service.forget_scene(id.clone(), owner(&tenant)).await {
+    match app.service.forget_scene(id.clone(), owner(&tenant)).await? {
         Released::Unknown => {
             Err(Problem::new(Kind::NotFound, format!("you have sent no scene {id}, or it is forgotten already")))
         }

@@ -30,19 +30,24 @@ pub(crate) struct Folders {
 }
 
 impl Folders {
-    /// Opens those that the settings name, and a temporary one for jobs if they name none.
-    pub(crate) fn open(settings: &Settings) -> Result<Self, StartError> {
-        let (data, cache) = (settings.jobs.data.as_deref(), settings.caches.cache.as_deref());
-        if let (Some(data), Some(cache)) = (data, cache)
-            && overlap(data, cache)
-        {
-            return Err(StartError::Settings(format!(
+    /// Refuses folders of which one is in the other.
+    pub(crate) fn check(settings: &Settings) -> Result<(), StartError> {
+        match (settings.jobs.data.as_deref(), settings.caches.cache.as_deref()) {
+            (Some(data), Some(cache)) if overlap(data, cache) => Err(StartError::Settings(format!(
                 "--data {} and --cache {} are the same folder, or one is in the other.\n\nName two folders side by side: \
                  what is in a cache may be removed at any time.",
                 data.display(),
                 cache.display()
-            )));
+            ))),
+            _ => Ok(()),
         }
+    }
+
+    /// Opens those that the settings name, and a temporary one for jobs if they name none.
+    pub(crate) fn open(settings: &Settings) -> Result<Self, StartError> {
+        // Links may have changed since the settings were checked.
+        Self::check(settings)?;
+        let (data, cache) = (settings.jobs.data.as_deref(), settings.caches.cache.as_deref());
         Ok(Self {
             data: data.map_or_else(|| Folder::temporary(&DATA), |path| Folder::open(path, &DATA))?,
             cache: cache.map(|path| Folder::open(path, &CACHE)).transpose()?,

@@ -19,6 +19,7 @@ use super::memory_budget::MemoryBudget;
 use super::pictures::cache::{self, PictureCache};
 use super::scenes::cache::SceneCache;
 use super::scenes::files::AssetSource;
+use super::scenes::shared_scenes::SharedScenes;
 use super::scenes::store::{self, SceneStore};
 use super::scenes::texture_folder::TextureFolder;
 use super::scheduler::admission::{Done, Queue, Work};
@@ -98,13 +99,16 @@ impl Service {
             let wrong = |error| StartError::Settings(format!("--textures {}: {error}", path.display()));
             TextureFolder::open(path).map_err(wrong)
         });
-        let (known, on_disk) = match &mut folders.cache {
+        let (mut known, on_disk) = match &mut folders.cache {
             None => (SceneStore::Memory(LruCache::new(caches.known_scene_bytes)), None),
             Some(folder) => {
                 let (scenes, pictures) = open_cache(folder, caches)?;
                 (SceneStore::Folder(scenes), Some(pictures))
             }
         };
+        if let Some(farm) = &farm {
+            known = SceneStore::Shared(SharedScenes::new(farm.objects.clone(), farm.runtime.clone()));
+        }
         let assets = Arc::new(match &farm {
             Some(farm) => Assets::shared(farm.objects.clone(), farm.runtime.clone(), caches.asset_bytes),
             None => Assets::open(&folders.data.path.join("assets"), caches.asset_bytes, jobs.durable)?,

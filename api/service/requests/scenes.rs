@@ -153,20 +153,21 @@ impl Service {
     }
 
     /// Releases a tenant's claim on a scene, or all claims. Without claims the scene and its pictures are deleted.
-    pub(crate) async fn forget_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Released {
+    pub(crate) async fn forget_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Result<Released, Error> {
         let service = Arc::clone(self);
         let released = tokio::task::spawn_blocking(move || {
             if !is_scene_id(&id) {
-                return Released::Unknown;
+                return Ok(Released::Unknown);
             }
             let released = service.scenes.store.release(&id, owner.as_deref());
+            let released = released.map_err(|error| Error::io("the scene cannot be deleted", &error))?;
             if released == Released::Gone {
                 service.scenes.forget(&id);
                 service.pictures.forget(&format!("i_{}_", &id[2..]));
             }
-            released
+            Ok(released)
         });
-        released.await.unwrap_or(Released::Unknown)
+        released.await.map_err(|_| Error::Internal("the scene cannot be deleted"))?
     }
 
     /// Opens an image, and builds its scene if it is not in the cache.

@@ -6,6 +6,7 @@ pub(crate) mod ids;
 pub(crate) mod prepared;
 mod room;
 pub(crate) mod sent_scene;
+pub(crate) mod shared_scenes;
 pub(crate) mod store;
 pub(crate) mod texture_folder;
 mod views;

@@ -1,9 +1,11 @@
 //! The canonical texts of posted scenes by scene id, on disk or in memory.
 //!
 //! A scene belongs to the tenants that have posted it: each has a claim, an entry `SCENE.TENANT` beside the text, which holds
-//! the text as the tenant has written it. The scene is deleted with the last claim, or when there is no room for it.
+//! the text as the tenant has written it. The scene is deleted with the last claim, or when there is no room for it. In a farm they
+//! are in its store (`shared_scenes.rs`), where none is deleted by itself.
 
 use super::ids::{is_id_of_text, is_scene_id};
+use super::shared_scenes::SharedScenes;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::lru_cache::LruCache;
 use std::io;
@@ -76,6 +78,8 @@ pub(crate) enum SceneStore {
     Memory(LruCache<String, Arc<[u8]>>),
     /// On disk.
     Folder(BlobStore),
+    /// Where all fronts of a farm find them.
+    Shared(SharedScenes),
 }
 
 impl SceneStore {
@@ -84,6 +88,7 @@ impl SceneStore {
         match self {
             Self::Memory(texts) => Ok(texts.get(id)),
             Self::Folder(blobs) => Ok(blobs.get(id)?.map(|blob| blob.body.into())),
+            Self::Shared(scenes) => scenes.get(id),
         }
     }
 
@@ -95,6 +100,10 @@ impl SceneStore {
                 texts.put(id.to_owned(), text.into(), bytes);
             }
             Self::Folder(blobs) => blobs.put(id, b"", &text)?,
+            Self::Shared(scenes) => {
+                scenes.put(id, text)?;
+                return Ok(true);
+            }
         }
         Ok(self.has(id))
     }
@@ -104,6 +113,7 @@ impl SceneStore {
         match self {
             Self::Memory(texts) => texts.get(id).is_some(),
             Self::Folder(blobs) => blobs.has(id),
+            Self::Shared(scenes) => scenes.has(id),
         }
     }
 
@@ -112,22 +122,27 @@ impl SceneStore {
         match self {
             Self::Memory(texts) => texts.holds(id),
             Self::Folder(blobs) => blobs.holds(id),
+            Self::Shared(scenes) => scenes.has(id),
         }
     }
 
-    /// Bytes of all texts.
+    /// Bytes of all texts that this process keeps.
     pub(crate) fn bytes(&self) -> u64 {
         match self {
             Self::Memory(texts) => texts.bytes(),
             Self::Folder(blobs) => blobs.bytes(),
+            Self::Shared(_) => 0,
         }
     }
 
     /// Adds a tenant's claim, with the text that it has sent if that is not too long. False if there was one.
     pub(crate) fn claim(&self, id: &str, tenant: &str, source: Option<Source<'_>>) -> io::Result<bool> {
+        let source = source.filter(|source| source.text.len() <= SOURCE_BYTES);
+        if let Self::Shared(scenes) = self {
+            return scenes.claim(id, tenant, source.map(Source::written));
+        }
         let name = claim_name(id, tenant);
         let is_new = !self.has(&name);
-        let source = source.filter(|source| source.text.len() <= SOURCE_BYTES);
         if is_new || source.is_some() {
             self.put(&name, source.map_or_else(|| tenant.as_bytes().to_vec(), Source::written))?;
         }
@@ -136,29 +151,38 @@ impl SceneStore {
 
     /// What a tenant's claim holds: its own text, or one that is not known.
     pub(crate) fn claimed(&self, id: &str, tenant: &str) -> Option<Arc<[u8]>> {
-        self.get(&claim_name(id, tenant)).ok()?
+        match self {
+            Self::Shared(scenes) => scenes.claimed(id, tenant),
+            _ => self.get(&claim_name(id, tenant)).ok()?,
+        }
     }
 
     /// Whether a tenant has said so.
     pub(crate) fn is_claimed(&self, id: &str, tenant: &str) -> bool {
-        self.has(&claim_name(id, tenant))
+        match self {
+            Self::Shared(scenes) => scenes.is_claimed(id, tenant),
+            _ => self.has(&claim_name(id, tenant)),
+        }
     }
 
     /// Deletes a tenant's claim, and with the last one the text. Without a tenant all claims are deleted.
-    pub(crate) fn release(&self, id: &str, tenant: Option<&str>) -> Released {
+    pub(crate) fn release(&self, id: &str, tenant: Option<&str>) -> io::Result<Released> {
+        if let Self::Shared(scenes) = self {
+            return scenes.release(id, tenant);
+        }
         let claimed = tenant.map_or_else(|| self.has(id), |tenant| self.remove(&claim_name(id, tenant)));
         if !claimed {
-            return Released::Unknown;
+            return Ok(Released::Unknown);
         }
         let others = self.claims(id);
         if tenant.is_some() && !others.is_empty() {
-            return Released::Shared;
+            return Ok(Released::Shared);
         }
         for name in &others {
             self.remove(name);
         }
         self.remove(id);
-        Released::Gone
+        Ok(Released::Gone)
     }
 
     /// The claims on a scene.
@@ -166,6 +190,7 @@ impl SceneStore {
         let all = match self {
             Self::Memory(texts) => texts.keys(),
             Self::Folder(blobs) => blobs.names(),
+            Self::Shared(_) => Vec::new(),
         };
         let before = claim_name(id, "");
         all.into_iter().filter(|name| name.starts_with(&before)).collect()
@@ -175,6 +200,7 @@ impl SceneStore {
         match self {
             Self::Memory(texts) => texts.remove(name),
             Self::Folder(blobs) => blobs.remove(name),
+            Self::Shared(_) => false,
         }
     }
 }
@@ -214,15 +240,15 @@ mod tests {
             assert_eq!(texts.claimed(&id, "one").as_deref().and_then(Source::read), Some(source));
             assert!(texts.claim(&id, "two", None).unwrap());
             assert_eq!(texts.claimed(&id, "two").as_deref().and_then(Source::read), None);
-            assert_eq!(texts.release(&id, Some("three")), Released::Unknown);
-            assert_eq!(texts.release(&id, Some("one")), Released::Shared);
-            assert_eq!(texts.release(&id, Some("one")), Released::Unknown);
+            assert_eq!(texts.release(&id, Some("three")).unwrap(), Released::Unknown);
+            assert_eq!(texts.release(&id, Some("one")).unwrap(), Released::Shared);
+            assert_eq!(texts.release(&id, Some("one")).unwrap(), Released::Unknown);
             assert!(texts.has(&id));
-            assert_eq!(texts.release(&id, Some("two")), Released::Gone);
+            assert_eq!(texts.release(&id, Some("two")).unwrap(), Released::Gone);
             assert!(!texts.has(&id));
             texts.put(&id, b"{}".to_vec()).unwrap();
             texts.claim(&id, "one", None).unwrap();
-            assert_eq!(texts.release(&id, None), Released::Gone);
+            assert_eq!(texts.release(&id, None).unwrap(), Released::Gone);
             assert!(!texts.has(&id) && texts.claim(&id, "one", None).unwrap(), "claims go with the scene");
         }
     }

@@ -264,6 +264,18 @@ impl Objects {
         }
     }
 
+    /// Deletes all blobs below a name.
+    pub(crate) async fn delete_all(&self, folder: &str) -> Result<(), ObjectError> {
+        let folder = self.name(folder)?;
+        while let Some(blob) = within(0, self.store.list(Some(&folder)).next()).await?.transpose()? {
+            match within(0, self.store.delete(&blob.location)).await? {
+                Err(object_store::Error::NotFound { .. }) => {}
+                deleted => deleted?,
+            }
+        }
+        Ok(())
+    }
+
     /// The URL of a blob: `s3://BUCKET/PREFIX/NAME` or `file:///FOLDER/NAME`.
     pub(crate) fn url(&self, name: &str) -> String {
         format!("{}/{name}", self.url)
