@@ -1,12 +1,13 @@
 //! `strahl config`: checks a configuration file, or shows the settings that the service would use.
 
-use super::Cli;
 use super::config_file::{flags_of, is_entry, serve_command};
 use super::failure::Failure;
 use super::output;
-use super::serve::ServeArgs;
+use super::serve::{self, ServeArgs};
+use super::{Cli, Command};
+use crate::service::error::StartError;
 use clap::parser::ValueSource;
-use clap::{CommandFactory, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -31,11 +32,11 @@ pub(super) fn run(command: &ConfigCommand) -> Result<(), Failure> {
     }
 }
 
-/// Reads the file as `strahl serve` would.
+/// Reads the file as `strahl serve` would. What it names, such as keys and folders, may be on another machine.
 fn check(file: &Path) -> Result<(), Failure> {
     let flags = flags_of(file, |_| false)?;
     let all = ["strahl", "serve"].into_iter().map(OsString::from).chain(flags);
-    Cli::command().try_get_matches_from(all).map_err(|error| {
+    let read = Cli::try_parse_from(all).map_err(|error| {
         let text = error.render().to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);
         // What is missing, or which values there are, comes in the next lines.
@@ -43,6 +44,12 @@ fn check(file: &Path) -> Result<(), Failure> {
             text.lines().take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more")).collect();
         Failure::Usage(format!("{}: {}", file.display(), said.join("\n").trim_end()))
     })?;
+    if let Command::Serve(args) = read.command {
+        serve::check(&args).map_err(|error| {
+            let (StartError::Settings(why) | StartError::Machine(why)) = error;
+            Failure::Usage(format!("{}: {why}", file.display()))
+        })?;
+    }
     output::print(format!("{}: ok\n", file.display()).as_bytes())
 }
 

@@ -17,20 +17,21 @@ use toml::{Table, Value};
 pub(super) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> {
     // Mistakes in the arguments are reported when they are parsed again.
     let Ok(matches) = Cli::command().try_get_matches_from(&given) else { return Ok(given) };
-    let Some((at, serve)) = serve_matches(&matches) else { return Ok(given) };
+    let Some((at, serve)) = matches_of(&matches) else { return Ok(given) };
+    let has = |id: &str| serve.try_contains_id(id).is_ok();
     let Some(path) = serve.get_one::<PathBuf>("config") else { return Ok(given) };
     let entries = flags_of(path, |id| {
-        matches!(serve.value_source(id), Some(ValueSource::CommandLine | ValueSource::EnvVariable))
+        !has(id) || matches!(serve.value_source(id), Some(ValueSource::CommandLine | ValueSource::EnvVariable))
     })?;
     let mut all = given;
     all.splice(at..at, entries);
     Ok(all)
 }
 
-/// Index of the service's first flag in the arguments, and the matches of its flags.
-fn serve_matches(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
+/// Index of the first flag of the service in the arguments, or of what asks for it, and the matches of its flags.
+fn matches_of(matches: &ArgMatches) -> Option<(usize, &ArgMatches)> {
     match matches.subcommand()? {
-        ("serve", serve) => Some((2, serve)),
+        ("serve" | "healthcheck", flags) => Some((2, flags)),
         ("config", config) => config.subcommand_matches("print").map(|print| (3, print)),
         _ => None,
     }

@@ -5,13 +5,17 @@ use super::failure::Failure;
 use clap::Args;
 use std::io::{self, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs};
+use std::path::PathBuf;
 use std::time::Duration;
 
-/// `strahl healthcheck`. It reads the same environment variables as the service.
+/// `strahl healthcheck`. It reads the same environment variables and configuration file as the service.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Ask on the listener for operators if there is one: on that for clients, a crowd of them may take all connections.")]
 pub(super) struct HealthcheckArgs {
+    /// Configuration file of the service, which says where it listens.
+    #[arg(long, env = "STRAHL_CONFIG", value_name = "FILE.toml")]
+    config: Option<PathBuf>,
     /// What to ask [default: /livez on the listener for operators, or else on that for clients].
     #[arg(long, env = "STRAHL_HEALTHCHECK_URL")]
     url: Option<String>,

@@ -5,6 +5,7 @@ use super::failure::Failure;
 use super::log::{LogFormat, log};
 use super::values::word;
 use crate::http::settings::HttpSettings;
+use crate::service::error::StartError;
 use crate::service::farm::settings::FarmSettings;
 use crate::service::limits::Settings;
 use crate::service::values::threads;
@@ -35,6 +36,11 @@ pub(super) struct ServeArgs {
     /// [default: the service renders it itself].
     #[arg(long, env = "STRAHL_SPREAD", value_name = "MS", requires = "farm", help_heading = "Farm")]
     spread: Option<u64>,
+}
+
+/// Refuses settings that contradict each other.
+pub(super) fn check(args: &ServeArgs) -> Result<(), StartError> {
+    crate::http::check(&args.http, &args.service)
 }
 
 /// Serves until SIGTERM or Ctrl-C.

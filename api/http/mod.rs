@@ -23,7 +23,7 @@ pub(crate) mod settings;
 mod start;
 mod state;
 
-pub(crate) use start::run;
+pub(crate) use start::{check, run};
 
 /// The contract as the text of `api/openapi.json`.
 pub(crate) fn openapi_text() -> String {

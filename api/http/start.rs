@@ -47,8 +47,7 @@ pub(crate) fn run(
     settings: &Settings,
     (farm, spread): (&FarmSettings, Option<u64>),
 ) -> Result<(), StartError> {
-    check_exposure(http)?;
-    check_listeners(http)?;
+    check(http, settings)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(IO_THREADS)
         .enable_all()
@@ -165,6 +164,13 @@ fn tick(jobs: &Jobs, until: &Receiver<()>) {
     while until.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
         jobs.tick();
     }
+}
+
+/// Refuses settings that contradict each other.
+pub(crate) fn check(http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+    check_exposure(http)?;
+    check_listeners(http)?;
+    Folders::check(settings)
 }
 
 /// Refuses an address that other machines can reach, if no keys are needed there.

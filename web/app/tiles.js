@@ -104,7 +104,7 @@ async function open(query, zoom, tier) {
     const known = await askJson("v1/scenes", { method: "POST", body: text.peek(), type: origin.peek().type, query: { ...query, zoom } });
     const tiles = await askJson(known.links.xyz);
     if (of === about) edges = { ...edges, [tier]: tiles.tileSize };
-    return { image: known.image_id, offset: tiles.nativezoom - zoom, template: tiles.tiles[0] };
+    return { image: known.image_id, offset: tiles.nativezoom - zoom, template: known.links.xyz.replace(".json", "/{z}/{x}/{y}.png") };
   } catch (error) {
     if (error instanceof Problem && query.precision !== "double" && error.status === 400) return open({ ...query, precision: "double" }, zoom, tier);
     if (error instanceof Unreachable || (error instanceof Problem && error.retryAfter > 0)) throw error;

@@ -23,7 +23,7 @@ pub(crate) enum Scope {
     Jobs,
     /// Read jobs, events, previews, pictures, and tiles of known scenes.
     Read,
-    /// Administer the service, and see jobs of all tenants.
+    /// Do with the jobs and scenes of all tenants what the other scopes allow.
     Admin,
 }
 

@@ -303,6 +303,22 @@ fn who_began_a_render_pays_for_it_although_another_waits_for_it() {
     assert!(first < 1_000 - units / 2 && second > 1_000 - units / 2, "{first} and {second} are left of {units}");
 }
 
+/// A page takes the addresses of tiles from the description that its capability has opened.
+#[test]
+fn tiles_are_named_with_the_capability_that_opens_them() {
+    let file = KeyFile::new("tiles", "");
+    let key = file.key("acme", "read,render");
+    let service = file.serve(&["--public-url", "https://render.example.org/sub"]);
+    let id = post(&service, "/v1/scenes", &key, BALL).json()["image_id"].as_str().unwrap().to_owned();
+    let minted = post(&service, "/v1/capabilities", &key, &format!("{{\"image_id\": \"{id}\"}}")).json();
+    let prefix = minted["prefix"].as_str().unwrap();
+    let about = service.get(&format!("{prefix}/xyz/{id}.json")).json();
+    let template = about["tiles"][0].as_str().unwrap();
+    let path = template.strip_prefix("https://render.example.org/sub").unwrap_or_else(|| panic!("{template}"));
+    let tile = path.replace("{z}", "0").replace("{x}", "0").replace("{y}", "0");
+    assert_eq!(service.get(&tile).status, 200, "{tile}");
+}
+
 #[test]
 fn a_capability_is_for_one_thing_and_for_looking() {
     let file = KeyFile::new("capability", "");

@@ -300,6 +300,19 @@ fn the_file_comes_after_flags_and_environment() {
 }
 
 #[test]
+fn the_health_check_asks_where_the_file_says() {
+    let service = Service::start(&[]);
+    let path = file("health.toml", &format!("listen = \"{}\"\nqueue = 7\n", service.address));
+    let check = |environment: Option<(&str, &str)>| {
+        let mut strahl = Command::new(env!("CARGO_BIN_EXE_strahl"));
+        strahl.args(["healthcheck", "--config", path.to_str().unwrap()]).envs(environment);
+        strahl.output().expect("the binary starts").status.success()
+    };
+    assert!(check(None));
+    assert!(!check(Some(("STRAHL_LISTEN", "127.0.0.1:9"))), "the environment comes first");
+}
+
+#[test]
 fn mistakes_in_the_file_are_named() {
     for (text, part) in [
         ("max_pixel = 3\n", "did you mean \"max_pixels\""),
@@ -307,6 +320,9 @@ fn mistakes_in_the_file_are_named() {
         ("queue = {}\n", "queue"),
         ("queue = \n", "line 1"),
         ("listen = \"everywhere\"\n", "everywhere"),
+        ("listen = \"0.0.0.0:0\"\n", "--insecure-no-auth"),
+        ("listen = \"127.0.0.1:8081\"\nadmin_listen = \"127.0.0.1:8081\"\n", "the same address"),
+        ("data = \"/nowhere/a\"\ncache = \"/nowhere/a/b\"\n", "one is in the other"),
     ] {
         let path = file("wrong.toml", text);
         for args in [&["config", "check", path.to_str().unwrap()][..], &["serve", "--config", path.to_str().unwrap()]] {

@@ -25,7 +25,7 @@ use strahl::sequence::{FRAMES, Sequence};
 const LABELS: [usize; 2] = [16, 64];
 
 const JSON_SAYS_ALL: &str = "a job in JSON says this in its body: `{\"scene\": ..., \"settings\": {\"width\": 640}, \
-                             \"output\": {\"format\": \"png16\"}}`";
+                             \"output\": {\"format\": \"png\", \"bits\": 16}}`";
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "Submits a job: a render in the background, which survives a restart of the service.";

@@ -1,7 +1,10 @@
 //! Levels and tiles of an image, and their names in paths.
 
+use crate::http::auth::capability::Capability;
 use crate::http::problem::{Kind, Problem};
+use crate::http::state::AppState;
 use crate::service::pictures::spec::{Grid, PictureSpec};
+use axum::http::request::Parts;
 use strahl::camera::Window;
 use strahl::film::{FileFormat, PictureFormat, Region};
 
@@ -42,6 +45,13 @@ pub(super) fn id_of<'file>(file: &'file str, ending: &str) -> Result<&'file str,
 /// The problem of a tile that does not exist.
 pub(super) fn no_tile(what: &str) -> Problem {
     Problem::new(Kind::NotFound, format!("there is no tile {what}"))
+}
+
+/// What the addresses of tiles begin with, as their client sees them.
+pub(super) fn base_of(app: &AppState, parts: &Parts) -> String {
+    // A capability in the path of a request is needed in further paths, too.
+    let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
+    app.base_url(&parts.extensions) + &before
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! IIIF Image API 3.0, level 2: images and their description (`info.json`).
 
-use super::grid::last_level;
+use super::grid::{base_of, last_level};
 use super::iiif_parse::{ImageRequest, understand};
-use crate::http::auth::capability::Capability;
 use crate::http::auth::client::Client;
 use crate::http::extract::accept;
 use crate::http::prelude::*;
@@ -69,10 +68,7 @@ async fn part(
 
 /// The URL of an image as its client sees it.
 fn address(app: &AppState, parts: &Parts, id: &str) -> String {
-    let base = app.base_url(&parts.extensions);
-    // A capability in the path of a request is needed in further paths, too.
-    let before = parts.extensions.get::<Capability>().map_or_else(String::new, Capability::prefix);
-    format!("{base}{before}/iiif/3/{id}")
+    format!("{}/iiif/3/{id}", base_of(app, parts))
 }
 
 /// The description of an image by the IIIF Image API 3.0, section 5.

@@ -3,7 +3,7 @@
 //! Zoom 0 is a single tile, and zooms beyond the image's own size show more detail. Viewers of maps expect whole tiles, so those
 //! along the edges extend beyond the image.
 
-use super::grid::{id_of, last_level, no_tile, tile, tile_format, tile_of};
+use super::grid::{base_of, id_of, last_level, no_tile, tile, tile_format, tile_of};
 use crate::http::auth::client::Client;
 use crate::http::prelude::*;
 use crate::http::respond::image::{self, everywhere, open, tile_permit};
@@ -37,7 +37,7 @@ struct TileJson {
     tilejson: &'static str,
     /// `simple`.
     crs: &'static str,
-    /// Paths with `{z}`, `{x}` and `{y}`.
+    /// Addresses with `{z}`, `{x}` and `{y}`.
     tiles: Vec<String>,
     /// Edge of a tile in pixels.
     #[serde(rename = "tileSize")]
@@ -70,7 +70,7 @@ async fn description(State(app): State<App>, Path(file): Path<String>, parts: Pa
         Json(TileJson {
             tilejson: "3.0.0",
             crs: "simple",
-            tiles: vec![format!("/xyz/{id}/{{z}}/{{x}}/{{y}}.png")],
+            tiles: vec![format!("{}/xyz/{id}/{{z}}/{{x}}/{{y}}.png", base_of(&app, &parts))],
             tile_size: edge,
             width,
             height,

@@ -306,6 +306,10 @@ impl<'a> Coordinator<'a> {
         let Ok(begun) = serde_json::from_slice::<Begun>(&message.payload) else { return };
         if let Some(piece) = self.flight.pieces.get_mut(&begun.piece) {
             let now = Instant::now();
+            if piece.begun.is_some() && !begun.refused {
+                // The broker has given it to another node, since the first one was not heard of any more.
+                self.farm.counts.again.fetch_add(1, Ordering::Relaxed);
+            }
             (piece.begun, piece.heard) = (Some(now), now);
             if begun.refused {
                 piece.tried.1 = (piece.tried.1 - 1).max(0);
