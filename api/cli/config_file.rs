@@ -18,7 +18,8 @@ pub(super) fn with_file(given: Vec<OsString>) -> Result<Vec<OsString>, Failure> 
     // Mistakes in the arguments are reported when they are parsed again.
     let Ok(matches) = Cli::command().try_get_matches_from(&given) else { return Ok(given) };
     let Some((at, serve)) = matches_of(&matches) else { return Ok(given) };
-    let has = |id: &str| serve.try_contains_id(id).is_ok();
+    let only_listens = matches.subcommand_name() == Some("healthcheck");
+    let has = |id: &str| !only_listens || matches!(id, "listen" | "admin_listen");
     let Some(path) = serve.get_one::<PathBuf>("config") else { return Ok(given) };
     let entries = flags_of(path, |id| {
         !has(id) || matches!(serve.value_source(id), Some(ValueSource::CommandLine | ValueSource::EnvVariable))

@@ -4693,7 +4693,7 @@ export interface components {
             tileSize: number;
             /** @description `3.0.0`. */
             tilejson: string;
-            /** @description Paths with `{z}`, `{x}` and `{y}`. */
+            /** @description Addresses with `{z}`, `{x}` and `{y}`. */
             tiles: string[];
             /**
              * Format: uint32

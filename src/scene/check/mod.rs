@@ -90,8 +90,10 @@ fn check_image(findings: &mut Findings, description: &Description) {
             findings.count(image.key(key), "pixels", pixels.into(), limits::IMAGE_SIDE);
         }
     }
-    let pixels = u64::from(description.image.width) * u64::from(description.image.height);
-    findings.count(image, "pixels", pixels, limits::PIXELS);
+    let [width, height] = [description.image.width, description.image.height];
+    // The size may be that of a request.
+    let what = format!("pixels ({width} x {height})");
+    findings.count(image, &what, u64::from(width) * u64::from(height), limits::PIXELS);
 }
 
 fn check_import_warnings(findings: &mut Findings, description: &Description) {

@@ -2512,7 +2512,7 @@ class TileJson(TypedDict):
     tileSize: int
     # `3.0.0`.
     tilejson: str
-    # Paths with `{z}`, `{x}` and `{y}`.
+    # Addresses with `{z}`, `{x}` and `{y}`.
     tiles: list[str]
     # Pixels across.
     width: int
