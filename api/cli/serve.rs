@@ -40,7 +40,7 @@ pub(super) struct ServeArgs {
 
 /// Refuses settings that contradict each other.
 pub(super) fn check(args: &ServeArgs) -> Result<(), StartError> {
-    crate::http::check(&args.http, &args.service)
+    crate::http::check(&args.http, &args.service, &args.farm)
 }
 
 /// Serves until SIGTERM or Ctrl-C.

@@ -47,7 +47,7 @@ pub(crate) fn run(
     settings: &Settings,
     (farm, spread): (&FarmSettings, Option<u64>),
 ) -> Result<(), StartError> {
-    check(http, settings)?;
+    check(http, settings, farm)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(IO_THREADS)
         .enable_all()
@@ -167,10 +167,11 @@ fn tick(jobs: &Jobs, until: &Receiver<()>) {
 }
 
 /// Refuses settings that contradict each other.
-pub(crate) fn check(http: &HttpSettings, settings: &Settings) -> Result<(), StartError> {
+pub(crate) fn check(http: &HttpSettings, settings: &Settings, farm: &FarmSettings) -> Result<(), StartError> {
     check_exposure(http)?;
     check_listeners(http)?;
-    Folders::check(settings)
+    // A farm does not use --data.
+    if farm.farm.is_none() { Folders::check(settings) } else { Ok(()) }
 }
 
 /// Refuses an address that other machines can reach, if no keys are needed there.
