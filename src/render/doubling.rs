@@ -23,7 +23,7 @@ use std::collections::HashSet;
 /// Samples that pixels begin with. With 4, things that move are missed.
 pub(crate) const FIRST: u32 = 8;
 /// Most samples of a pixel.
-pub(super) const MOST: u32 = 256;
+const MOST: u32 = 256;
 /// Looks at a pixel. Each asks its neighbours, so this is how far away those are on which a pixel depends.
 const BORDER: u32 = (MOST / FIRST).ilog2();
 /// The difference, in codes, from which on a pixel goes on after its first samples.
@@ -31,7 +31,7 @@ const TARGET: f64 = 0.9;
 /// By which power of the number of samples it grows.
 const GROWTH: f64 = 0.7;
 /// Weight of a pixel's own difference beside those around it.
-pub(super) const OWN: f32 = 0.7;
+const OWN: f32 = 0.7;
 /// Weight of what was seen at the last look, in squares, and what is left of it after a doubling.
 const BEFORE: f32 = 0.3;
 const LEFT: f32 = 0.6;
@@ -85,7 +85,7 @@ pub(super) fn runs(samples: u32) -> impl Iterator<Item = Samples> {
 }
 
 /// The difference from which on a pixel goes on after so many samples.
-pub(super) fn target(samples: u32) -> f32 {
+fn target(samples: u32) -> f32 {
     (TARGET * math::pow(f64::from(samples / FIRST), GROWTH)) as f32
 }
 

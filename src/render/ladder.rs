@@ -2,10 +2,9 @@
 //!
 //! It first covers the whole picture: one pixel in 1,024, then one in 64, 16 and 4. From then on each rung takes the best of
 //! all that is left: pixels that were not traced, pixels that lack light rays, and pixels that need more samples. What counts
-//! is the contrast of a pixel to its neighbours, where those not traced are interpolated, or what its samples tell of its error.
+//! is the contrast of a pixel to its neighbours, where those not traced are interpolated.
 
 use super::contrast::CONTRAST;
-use super::doubling::{MOST, target};
 use super::partial_picture::PartialPicture;
 use super::tiles::near;
 use crate::scene::Scene;
@@ -32,10 +31,6 @@ pub(crate) const CHUNK: usize = 512;
 const LIGHT: f64 = 0.05;
 /// Samples of one step over those of the step before.
 const MORE: u32 = 4;
-/// Samples from which on the halves of them tell how far off a pixel is, where it gets as many as its error asks for.
-const TELLING: u32 = 16;
-/// Samples of a chunk at most, beyond those of one pixel.
-const MOST_OF_CHUNK: u32 = 1_024;
 /// Expected square of the error of a pixel of one sample, as a share of the square of its contrast. Measured, as the others, by
 /// trying orders on 15 scenes.
 const ALIASED: f32 = 0.2;
@@ -73,26 +68,23 @@ pub(super) struct Chunk<'a> {
 #[derive(Debug)]
 pub(super) struct Ladder {
     steps: Vec<Step>,
-    /// Samples of each pixel that is not refined at the end, at most.
+    /// Samples of each pixel at least.
     base: u32,
-    /// Whether pixels get as many samples as their error asks for, as in the default mode.
-    adapts: bool,
 }
 
 impl Ladder {
     pub(super) fn new(scene: &Scene) -> Self {
         let proved = Pruning::Proved { max_codes: 1 };
-        let base = if scene.adaptive { MOST } else { scene.samples };
-        let last = if scene.adaptive || !scene.refines() { base } else { REFINED_SAMPLES };
+        let last = if scene.refines() { REFINED_SAMPLES } else { scene.samples };
         let mut steps = vec![Step { samples: 1, pruning: Pruning::Weight(LIGHT) }];
         let mut samples = 1;
         while samples < last {
             steps.push(Step { samples, pruning: proved });
             let next = samples * MORE;
-            samples = if samples < base { next.min(base) } else { next.min(last) };
+            samples = if samples < scene.samples { next.min(scene.samples) } else { next.min(last) };
         }
         steps.push(Step { samples: last, pruning: proved });
-        Self { steps, base, adapts: scene.adaptive }
+        Self { steps, base: scene.samples }
     }
 
     /// Whether a rung is one of the first, which cover the picture.
@@ -130,22 +122,6 @@ impl Ladder {
         self.base == 1 && self.refines(self.steps.len() as u8)
     }
 
-    /// Whether the samples of a pixel of a level tell how far off it is.
-    pub(super) fn tells(&self, level: u8) -> bool {
-        self.adapts && self.samples(level) >= TELLING
-    }
-
-    /// The next level of a pixel whose samples tell how far off it is, in codes, and how much it does for each ray; none if it needs no
-    /// more.
-    fn next_of_told(&self, level: u8, likely: f32) -> Option<(u8, f32)> {
-        let (now, more) = (self.samples(level), level + 1);
-        if usize::from(level) == self.steps.len() || likely <= target(now) {
-            return None;
-        }
-        let samples = self.samples(more) as f32;
-        Some((more, likely * likely * (1.0 - now as f32 / samples) / samples))
-    }
-
     /// The level that does most for a pixel for each ray, and by how much; none if it needs no more. `contrast` is that to its
     /// neighbours, `lacking` is what omitted rays could bring, both in codes. `first` is the level that it begins with.
     fn next(&self, level: u8, contrast: u8, lacking: impl FnOnce() -> u8, first: u8) -> Option<(u8, f32)> {
@@ -173,11 +149,7 @@ impl Ladder {
     fn next_of(&self, partial: &PartialPicture, index: usize) -> Option<(u8, f32)> {
         // Where a neighbour lacks light, this one would too, and be darker than what is interpolated.
         let first = if self.base == 1 && partial.neighbour_lacks(index) { 2 } else { 1 };
-        let level = partial.levels[index];
-        if self.tells(level) {
-            return self.next_of_told(level, partial.likely(index));
-        }
-        self.next(level, partial.contrasts[index], || partial.lacking(index), first)
+        self.next(partial.levels[index], partial.contrasts[index], || partial.lacking(index), first)
     }
 
     /// The pixels of a rung.
@@ -220,8 +192,7 @@ impl Ladder {
         let mut chunks = Vec::new();
         let mut first = 0;
         for &(level, end) in &rung.ends {
-            let samples = self.samples(level);
-            let size = (CHUNK / samples as usize).max((MOST_OF_CHUNK / samples).clamp(1, 16) as usize);
+            let size = (CHUNK / self.samples(level) as usize).max(16);
             chunks.extend(rung.pixels[first..end].chunks(size).map(|pixels| Chunk { pixels, level }));
             first = end;
         }
@@ -235,8 +206,6 @@ impl Ladder {
             let Some((next, _)) = self.next_of(partial, index) else { return (0, 0) };
             let refined = partial.contrasts[index] >= CONTRAST;
             let steps = (next..=self.steps.len() as u8).filter(|step| *step == next || *step > 2);
-            // What comes after a step that tells is not known before.
-            let steps = steps.filter(|step| *step == next || !self.tells(step - 1));
             let steps = steps.filter(|step| *step == next || !self.refines(*step) || refined);
             let needed: u64 = steps.map(|step| u64::from(self.samples(step))).sum();
             (1, if level == 0 && self.base == 1 { needed + 1 } else { needed })

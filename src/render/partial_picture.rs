@@ -1,7 +1,6 @@
 //! A picture while it is rendered in steps.
 
 use super::contrast::{CONTRAST, codes_of, codes_over_background, contrasts, over_background};
-use super::doubling::OWN;
 use super::held_out::{HeldOut, QUANTILES};
 use super::interpolation::interpolate;
 use super::ladder::{Chunk, Ladder};
@@ -102,24 +101,6 @@ impl PartialPicture {
         let width = self.region.width as usize;
         let (column, row) = (index % width, index / width);
         self.lacks[(row & !1) * width + (column & !1)]
-    }
-
-    /// How far a traced pixel is likely off, in codes, by its samples and those of its neighbours, which may agree by chance.
-    pub(super) fn likely(&self, index: usize) -> f32 {
-        let off = |index: usize| 0.5 * f32::from(self.widths[index]);
-        let (mut squares, mut count) = (0.0, 0.0);
-        let Region { width, height, .. } = self.region;
-        let [x, y] = [index as u32 % width, index as u32 / width];
-        for y in y.saturating_sub(1)..(y + 2).min(height) {
-            for x in x.saturating_sub(1)..(x + 2).min(width) {
-                let near = (y * width + x) as usize;
-                // One sample tells nothing.
-                if self.levels[near] > 2 {
-                    (squares, count) = (squares + off(near) * off(near), count + 1.0);
-                }
-            }
-        }
-        (squares / count).sqrt().max(OWN * off(index))
     }
 
     /// Takes up the pixels of a chunk, of which those at the end may not have been traced.

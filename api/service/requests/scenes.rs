@@ -86,6 +86,10 @@ impl Service {
         };
         self.assets.note_scene(&ready.scene_id, &ready.scene.assets, |id| store.holds(id));
         let is_new = store.claim(&ready.scene_id, tenant, source).map_err(unwritten)?;
+        // It may have been deleted with the last claim before this one.
+        if !store.has(&ready.scene_id) {
+            store.put(&ready.scene_id, self.canonical_text(work, sent)?).map_err(unwritten)?;
+        }
         let image = ImageId { scene: ready.scene_id.clone(), zoom };
         let estimate = plan.estimate.ok_or(Error::Internal("the scene has no estimate"))?;
         Ok(Remembered { ready, image, size, estimate, is_new })
@@ -113,7 +117,7 @@ impl Service {
             let (service, id, owner) = (Arc::clone(self), id.clone(), owner.clone());
             tokio::task::spawn_blocking(move || {
                 let store = &service.scenes.store;
-                let may_read = is_scene_id(&id) && owner.is_none_or(|owner| store.is_claimed(&id, &owner));
+                let may_read = is_scene_id(&id) && (owner.is_none() || store.is_known(&id, owner.as_deref())?);
                 if may_read { store.get(&id) } else { Ok(None) }
             })
         };
@@ -147,9 +151,12 @@ impl Service {
 
     /// How a variation of a scene is sent, for an owner who may read the scene.
     pub(crate) fn variation_of(&self, id: &str, owner: Option<&str>) -> Result<Form, Error> {
-        let store = &self.scenes.store;
-        let is_known = is_scene_id(id) && owner.map_or_else(|| store.has(id), |owner| store.is_claimed(id, owner));
-        if is_known { Ok(Form::Variation(id.to_owned())) } else { Err(Error::UnknownScene(id.to_owned())) }
+        let unread = |error: io::Error| Error::io("the stored scene cannot be read", &error);
+        if is_scene_id(id) && self.scenes.store.is_known(id, owner).map_err(unread)? {
+            Ok(Form::Variation(id.to_owned()))
+        } else {
+            Err(Error::UnknownScene(id.to_owned()))
+        }
     }
 
     /// Releases a tenant's claim on a scene, or all claims. Without claims the scene and its pictures are deleted.

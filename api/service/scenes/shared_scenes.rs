@@ -35,13 +35,14 @@ impl SharedScenes {
         self.wait(self.objects.put(&text_name(id), text))
     }
 
+    /// The same as [`Self::is_stored`]; not if the store does not answer.
     pub(super) fn has(&self, id: &str) -> bool {
-        self.exists(&text_name(id))
+        let found = self.is_stored(id);
+        found.inspect_err(|error| tracing::warn!(id, %error, "a posted scene cannot be looked for")).unwrap_or(false)
     }
 
-    fn exists(&self, name: &str) -> bool {
-        let found = self.wait(self.objects.exists(name));
-        found.inspect_err(|error| tracing::warn!(name, %error, "a posted scene cannot be looked for")).unwrap_or(false)
+    pub(super) fn is_stored(&self, id: &str) -> io::Result<bool> {
+        self.wait(self.objects.exists(&text_name(id)))
     }
 
     /// Writes a claim; whether there was none.
@@ -58,24 +59,30 @@ impl SharedScenes {
         self.wait(self.objects.get(&claim_name(id, tenant), u64::MAX)).ok()?.map(Arc::from)
     }
 
-    pub(super) fn is_claimed(&self, id: &str, tenant: &str) -> bool {
-        self.exists(&claim_name(id, tenant))
+    pub(super) fn is_claimed(&self, id: &str, tenant: &str) -> io::Result<bool> {
+        self.wait(self.objects.exists(&claim_name(id, tenant)))
     }
 
     /// Deletes a claim, or all of them, and with the last one the text.
     pub(super) fn release(&self, id: &str, tenant: Option<&str>) -> io::Result<Released> {
         let claims = claims_of(id);
         match tenant {
-            Some(tenant) if !self.is_claimed(id, tenant) => return Ok(Released::Unknown),
+            Some(tenant) if !self.is_claimed(id, tenant)? => return Ok(Released::Unknown),
             Some(tenant) => self.wait(self.objects.delete(&claim_name(id, tenant)))?,
-            None if !self.has(id) => return Ok(Released::Unknown),
+            None if !self.is_stored(id)? => return Ok(Released::Unknown),
             None => self.wait(self.objects.delete_all(&claims))?,
         }
         if self.wait(self.objects.has_any(&claims))? {
             return Ok(Released::Shared);
         }
+        let text = self.get(id)?;
         self.wait(self.objects.delete(&text_name(id)))?;
-        Ok(Released::Gone)
+        match text {
+            Some(text) if self.wait(self.objects.has_any(&claims))? => {
+                self.put(id, text.to_vec()).map(|()| Released::Shared)
+            }
+            _ => Ok(Released::Gone),
+        }
     }
 }
 

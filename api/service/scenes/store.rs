@@ -157,15 +157,18 @@ impl SceneStore {
         }
     }
 
-    /// Whether a tenant has said so.
-    pub(crate) fn is_claimed(&self, id: &str, tenant: &str) -> bool {
-        match self {
-            Self::Shared(scenes) => scenes.is_claimed(id, tenant),
-            _ => self.has(&claim_name(id, tenant)),
+    /// Whether a text is stored to which a tenant has a claim, or anybody. Fails if the store of a farm does not answer.
+    pub(crate) fn is_known(&self, id: &str, tenant: Option<&str>) -> io::Result<bool> {
+        match (self, tenant) {
+            (Self::Shared(scenes), Some(tenant)) => scenes.is_claimed(id, tenant),
+            (Self::Shared(scenes), None) => scenes.is_stored(id),
+            (_, Some(tenant)) => Ok(self.has(&claim_name(id, tenant))),
+            (_, None) => Ok(self.has(id)),
         }
     }
 
-    /// Deletes a tenant's claim, and with the last one the text. Without a tenant all claims are deleted.
+    /// Deletes a tenant's claim, and with the last one the text. Without a tenant all claims are deleted. Who claims it at the same time
+    /// looks for the text afterwards, and this looks for claims once more, so one of the two puts it back.
     pub(crate) fn release(&self, id: &str, tenant: Option<&str>) -> io::Result<Released> {
         if let Self::Shared(scenes) = self {
             return scenes.release(id, tenant);
@@ -181,8 +184,12 @@ impl SceneStore {
         for name in &others {
             self.remove(name);
         }
+        let text = self.get(id)?;
         self.remove(id);
-        Ok(Released::Gone)
+        match text {
+            Some(text) if !self.claims(id).is_empty() => self.put(id, text.to_vec()).map(|_| Released::Shared),
+            _ => Ok(Released::Gone),
+        }
     }
 
     /// The claims on a scene.
