@@ -37,6 +37,25 @@ fn a_scene_stays_as_long_as_somebody_who_sent_it_wants_it() {
     keyed(&service, &two, "GET", image, "").problem(404, "not-found");
 }
 
+/// Whoever is told that a scene is there can have it, whatever others delete meanwhile.
+#[test]
+fn a_scene_that_is_posted_while_another_tenant_deletes_it_stays() {
+    let file = KeyFile::new("posted_and_deleted", "");
+    let (one, two) = (file.key("one", "render,read"), file.key("two", "render,read"));
+    let service = file.serve(&[]);
+    let add = |key: &str| keyed(&service, key, "POST", "/v1/scenes", BALL);
+    for _ in 0..40 {
+        let place = add(&one).header("location").to_owned();
+        let posted = thread::scope(|scope| {
+            scope.spawn(|| keyed(&service, &one, "DELETE", &place, ""));
+            scope.spawn(|| add(&two)).join().unwrap()
+        });
+        assert_eq!(posted.status, 201, "{}", posted.text());
+        assert_eq!(keyed(&service, &two, "GET", &place, "").status, 200);
+        assert_eq!(keyed(&service, &two, "DELETE", &place, "").status, 204);
+    }
+}
+
 #[test]
 fn a_tenants_jobs_are_its_own_and_operators_see_all() {
     let file = KeyFile::new("job_owners", "");
