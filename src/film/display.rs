@@ -163,13 +163,14 @@ impl Display {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    const CURVES: [ToneMapping; 3] = [ToneMapping::None, ToneMapping::KhronosPbrNeutral, ToneMapping::Agx];
+    pub(in crate::film) const CURVES: [ToneMapping; 3] =
+        [ToneMapping::None, ToneMapping::KhronosPbrNeutral, ToneMapping::Agx];
 
     /// Numbers from 0 to 1 that look random.
-    fn noise(i: u64) -> f32 {
+    pub(in crate::film) fn noise(i: u64) -> f32 {
         let mut x = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x = (x ^ (x >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         (x >> 40) as f32 / (1 << 24) as f32

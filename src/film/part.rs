@@ -96,16 +96,7 @@ impl Display {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::tone::ToneMapping;
-
-    const CURVES: [ToneMapping; 3] = [ToneMapping::None, ToneMapping::KhronosPbrNeutral, ToneMapping::Agx];
-
-    /// Numbers from 0 to 1 that look random.
-    fn noise(i: u64) -> f32 {
-        let mut x = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        x = (x ^ (x >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (x >> 40) as f32 / (1 << 24) as f32
-    }
+    use crate::film::display::tests::{CURVES, noise};
 
     #[test]
     fn no_part_leaves_the_interval_of_its_radiance_and_alpha() {
