@@ -129,9 +129,10 @@ impl Jobs {
 
     /// Whether the disk does not take the records or files of jobs. It is tried again each second.
     pub(crate) fn is_unwritable(&self) -> bool {
+        // A job that has ended waits for nothing: its record is written before it says so.
+        let waits_for_disk = |job: &Arc<Job>| job.waits.load(Ordering::Relaxed) && !job.record().state.is_final();
         // In a farm other fronts take them, and the broker and the store say for themselves whether they answer.
-        let waits =
-            || !self.files.shared && locked(&self.registry).open.iter().any(|job| job.waits.load(Ordering::Relaxed));
+        let waits = || !self.files.shared && locked(&self.registry).open.iter().any(waits_for_disk);
         let files = [&self.folders_are_gone, &self.files_fail];
         self.records.is_failing() || files.into_iter().any(|fails| fails.load(Ordering::Relaxed)) || waits()
     }
