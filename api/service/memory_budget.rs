@@ -139,12 +139,19 @@ impl MemoryBudget {
         let max = self.0.limit;
         let fits = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= max);
         while self.0.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits).is_err() {
-            if !self.evict() {
+            // Caches forget nothing for what has no room without them either.
+            let in_use = self.taken().saturating_sub(self.evictable());
+            if in_use.saturating_add(bytes) > max || !self.evict() {
                 let detail = "other requests take all the memory there is (memory_bytes)".into();
                 return Err(Error::Busy { detail, retry_after: RETRY_AFTER });
             }
         }
         Ok(())
+    }
+
+    /// Bytes that caches could forget.
+    fn evictable(&self) -> u64 {
+        self.caches().iter().filter_map(Weak::upgrade).map(|cache| cache.bytes()).sum()
     }
 
     /// Lets the largest cache forget a value; false if all are empty.
@@ -312,6 +319,9 @@ mod tests {
         let mut share = budget.share(0);
         share.grow(35).unwrap();
         assert_eq!((small.bytes(), large.bytes()), (20, 40), "the oldest of the largest cache went");
+        let refused = budget.share(0).grow(70);
+        assert!(matches!(refused, Err(Error::Busy { .. })), "{refused:?}");
+        assert_eq!((small.bytes(), large.bytes()), (20, 40), "nothing goes for what has no room without them either");
         share.grow(100).unwrap();
         assert_eq!((small.bytes(), large.bytes(), budget.taken()), (0, 0, PROGRAM + 100));
     }

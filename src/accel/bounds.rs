@@ -26,12 +26,6 @@ impl Bounds {
         Self { min: self.min.min(o.min), max: self.max.max(o.max) }
     }
 
-    /// Half the surface area; 0 for the empty box.
-    pub fn half_area(self) -> f64 {
-        let d = (self.max - self.min).max(DVec3::ZERO);
-        d.x * d.y + d.y * d.z + d.z * d.x
-    }
-
     /// The middle.
     pub fn center(self) -> DVec3 {
         (self.min + self.max) * 0.5

@@ -3,6 +3,7 @@
 mod bounds;
 mod build;
 mod build_primitive;
+mod crossings;
 mod extent;
 mod geometry;
 mod intersect;

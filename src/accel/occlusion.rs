@@ -1,5 +1,6 @@
 //! Shadow rays: how much light passes between two points.
 
+use super::crossings::Crossings;
 use super::geometry::Geometry;
 use super::intersect::hit_item;
 use super::item::{Item, Shape};
@@ -9,8 +10,6 @@ use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::shape::{frusta_crossings, hit_frusta, hit_triangle, sphere_crossings};
-use smallvec::SmallVec;
-use std::cmp::Ordering;
 
 /// What a surface does to a shadow ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,9 +35,6 @@ impl Blockers {
 }
 
 /// How much of each color passes along each active ray between `t_min` and `t_max`.
-///
-/// The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on the
-/// order of the scene. So the factors are collected and multiplied in the order of their size.
 #[inline(always)]
 pub fn transmittance<L: Lanes>(
     s: L::Simd,
@@ -51,25 +47,10 @@ pub fn transmittance<L: Lanes>(
 ) -> V3<L> {
     let cast = rays.active.bits();
     let mut passage =
-        ShadowSearch { geometries, blockers, coherence, time, crossings: SmallVec::new(), stack: Stack::new() };
+        ShadowSearch { geometries, blockers, coherence, time, crossings: Crossings::new(), stack: Stack::new() };
     passage.attenuate(s, root, &mut rays);
-    let ShadowSearch { mut crossings, .. } = passage;
     let blocked = cast & !rays.active.bits();
-    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-    // Equal factors need no sorting: most scenes have one kind of glass.
-    if crossings.windows(2).any(|pair| pair[0].1 != pair[1].1) {
-        crossings.sort_by(|(_, f), (_, g)| by_size(f, g));
-    }
-    let mut passed = V3 { x: one, y: one, z: one };
-    for (lanes, factor) in crossings {
-        passed = V3::select(L::mask(s, lanes), passed.times(V3::splat(s, factor)), passed);
-    }
-    V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed)
-}
-
-/// An order of colors by nothing but their values.
-fn by_size<R: Real>(a: &[R; 3], b: &[R; 3]) -> Ordering {
-    a.map(Real::to_f64).partial_cmp(&b.map(Real::to_f64)).unwrap_or(Ordering::Equal)
+    V3::select(L::mask(s, blocked), V3::splat(s, [L::Real::from_f64(0.0); 3]), passage.crossings.product(s))
 }
 
 /// Shadow rays on their way.
@@ -79,8 +60,7 @@ struct ShadowSearch<'a, L: Lanes> {
     coherence: Coherence,
     /// When the rays are cast, if anything moves.
     time: Option<&'a L>,
-    /// Lanes that have crossed a surface, and its transmission.
-    crossings: SmallVec<[(u32, [L::Real; 3]); 8]>,
+    crossings: Crossings<L::Real>,
     stack: Stack<L::Real>,
 }
 
@@ -185,7 +165,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                 }
                 for lanes in crossed.map(Mask::bits) {
                     if lanes != 0 {
-                        self.crossings.push((lanes, item(place).passed()));
+                        self.crossings.push(lanes, item(place).passed());
                     }
                 }
             }
@@ -219,7 +199,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             }
             for mask in crossed {
                 for place in lanes_of(mask.bits()) {
-                    self.crossings.push((1 << lane, item(start + place).passed()));
+                    self.crossings.push(1 << lane, item(start + place).passed());
                 }
             }
         }
@@ -295,7 +275,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             if !hit.lanes.any() {
                 break;
             }
-            self.crossings.push((hit.lanes.bits(), item.passed()));
+            self.crossings.push(hit.lanes.bits(), item.passed());
             search.active = hit.lanes;
             search.t_min = hit.t;
         }

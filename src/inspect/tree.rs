@@ -178,7 +178,7 @@ pub struct SnellAngles {
     pub theta2_deg: Option<f64>,
     /// Total internal reflection.
     pub tir: bool,
-    /// Unpolarised Fresnel reflectance, for information: r_s and r_t are constants of the material.
+    /// Unpolarised Fresnel reflectance, for information: materials without `fresnel` have constants instead.
     pub reflectance: f64,
 }
 
@@ -190,7 +190,7 @@ pub struct Ended {
     pub kind: RayKind,
     /// The weight it would have had.
     pub weight: [f64; 3],
-    /// `depth`, `weight` or `budget`.
+    /// `depth`, `weight`, `budget`, or `roulette`, where others stand for it.
     pub why: &'static str,
     /// How many 8-bit codes the pixel could have changed with it, at most; 255 if nothing bounds that.
     pub codes: u8,

@@ -9,7 +9,7 @@ use super::pilot::{Effort, Expected, Pilot};
 use super::ray_times::by_kind;
 use crate::control::{Cancelled, Control, milliseconds};
 use crate::film::Region;
-use crate::render::{CHUNK, COARSEST, Refined};
+use crate::render::{CHUNK, COARSEST_SHARE, Refined};
 use crate::scene::Scene;
 use crate::scene::description::{Accuracy, Rays, Time};
 use crate::scene::effects::Effect;
@@ -119,7 +119,7 @@ impl Plan {
         let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
         let whole = pilot.nanoseconds() / threads as f64 * 1e-6;
-        let least = COARSEST / f64::from(scene.samples);
+        let least = COARSEST_SHARE / f64::from(scene.samples);
         let share = share(self.accuracy, whole, pilot.rays.value).clamp(least, 1.0);
         let ms = |nanoseconds: f64| rounded(share * nanoseconds / threads as f64 * 1e-6);
         let count = |expected: f64| (share * expected).round() as u64;

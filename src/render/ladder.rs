@@ -12,12 +12,12 @@ use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::Pruning;
 use rayon::prelude::*;
 
-/// Distance of the pixels of the first rung.
-const COARSE: u32 = 32;
+/// Distance of the pixels of the first rung, across and down.
+pub(super) const COARSEST: u32 = 32;
 /// Share of the pixels that are always traced, in the first rung.
-pub(crate) const COARSEST: f64 = 1.0 / (COARSE * COARSE) as f64;
+pub(crate) const COARSEST_SHARE: f64 = 1.0 / (COARSEST * COARSEST) as f64;
 /// The first rungs: the distance of their pixels, across and down, and the share of them that is taken, the best first.
-const COVERING: [(u32, f64); 5] = [(COARSE, 1.0), (8, 1.0), (4, 1.0), (2, 0.5), (2, 1.0)];
+const COVERING: [(u32, f64); 5] = [(COARSEST, 1.0), (8, 1.0), (4, 1.0), (2, 0.5), (2, 1.0)];
 /// The share of all that is left that each later rung takes. With smaller ones the order is better, and more time goes into it.
 const SHARE: f64 = 0.15;
 /// Rungs after which each takes all that is left.

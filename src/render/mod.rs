@@ -39,7 +39,7 @@ pub use confidence::{Histogram, Sampling};
 pub(crate) use contrast::{CONTRAST, contrast_in, contrast_within};
 pub(crate) use doubling::border_share;
 pub use doubling::sampling_bytes;
-pub(crate) use ladder::{CHUNK, COARSEST};
+pub(crate) use ladder::{CHUNK, COARSEST_SHARE};
 pub use layers::{LayerKind, Layers, render_layers, render_sources};
 pub use options::RenderOptions;
 pub use picture::{Picture, PixelCost, Refined};
@@ -54,7 +54,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 29;
+pub const RENDER_EPOCH: u32 = 30;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {

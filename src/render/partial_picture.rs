@@ -3,15 +3,13 @@
 use super::contrast::{CONTRAST, codes_of, codes_over_background, contrasts, over_background};
 use super::held_out::{HeldOut, QUANTILES};
 use super::interpolation::interpolate;
-use super::ladder::{Chunk, Ladder};
+use super::ladder::{COARSEST, Chunk, Ladder};
 use super::packets::Traced;
 use crate::bound::BoundedPixel;
 use crate::film::{Display, Region};
 use crate::trace::counts::RayCounts;
 use rayon::prelude::*;
 
-/// Distance of the pixels that are traced first, across and down.
-pub(super) const COARSEST: u32 = 32;
 /// Likely width of the interval around the sample of a pixel on an edge, as a share of the contrast there: twice the standard
 /// deviation of the part that an edge covers, which may lie anywhere in the pixel.
 const EDGE: f64 = 0.58;

@@ -12,14 +12,15 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflected: u64,
     pub transmitted: u64,
-    /// Rays from diffuse surfaces, for color bleeding.
+    /// Rays from diffuse surfaces, for color bleeding and for light that is traced.
     pub gathered: u64,
     /// Camera rays that hit something.
     #[serde(skip)]
     pub camera_hits: u64,
     /// Transmissions that total internal reflection turned into reflections.
     pub total_internal_reflections: u64,
-    /// Shadow rays not traced because their light could not add a quarter of `min_weight` to the pixel.
+    /// Shadow rays not traced, since their light could add less than the pruning rule asks for: a quarter of `min_weight`, or what the
+    /// proof can spare.
     pub shadow_skipped: u64,
     /// Rays not followed because a sample reached the limit `rays_per_sample`, or a pixel the limit of its proof.
     pub dropped: u64,

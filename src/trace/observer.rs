@@ -10,7 +10,7 @@ use crate::shading::media::Media;
 pub enum NotFollowed {
     /// The chain has reached `max_depth`.
     Depth,
-    /// Its weight is below `min_weight`.
+    /// Its weight is below what the pruning rule asks for: `min_weight`, or what the proof can spare.
     Weight,
     /// The sample has reached the limit on rays.
     Budget,
@@ -31,7 +31,7 @@ pub struct Snell {
     pub theta2: f64,
     /// Whether all is reflected.
     pub total: bool,
-    /// Unpolarised Fresnel reflectance, for information: the model's r_s and r_t are constants.
+    /// Unpolarised Fresnel reflectance, for information: materials without `fresnel` have constants instead.
     pub reflectance: f64,
 }
 

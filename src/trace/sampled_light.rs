@@ -237,7 +237,8 @@ pub(super) fn share_of_glow<L: Lanes>(
                     None => by_area[lane] = L::Real::from_f64(emitters.density(material)),
                 }
             }
-            let facing = rays.dir.dot(hits.ng).abs();
+            // Along the surface 0/0 would be the density of what is found otherwise.
+            let facing = rays.dir.dot(hits.ng).abs().max(L::lit(s, L::Real::SMALLEST));
             let others = L::load(s, &by_area) * hits.t * hits.t / facing + L::load(s, &by_angle);
             L::select(L::mask(s, chosen), share(densities, others), L::lit(s, 1.0))
         },

@@ -50,7 +50,8 @@ pub(super) fn without_what_rays_find<L: Lanes>(
             let all = if rays.kind == RayKind::Camera { all } else { limited(s, all) };
             let shared = all.times(V3::splat(s, light.color)) * strength;
             let one = L::lit(s, 1.0);
-            let mut found_by_both = L::mask(s, lobes.lanes);
+            // Rounding may leave a place of the rim beside the disc: then no ray finds it, and 0/0 would be its share.
+            let mut found_by_both = L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
             if world.transmits && !world.effects.has(Effect::Opacity) {
                 found_by_both = found_by_both & passed.x.ge(one) & passed.y.ge(one) & passed.z.ge(one);
             }

@@ -3,28 +3,28 @@
 use super::advice::{figure, percent};
 use super::choices::{ASKED, CLEARLY_LESS, Choice, Choices, DEFAULT, NOISE};
 
+/// The most 8-bit codes that are invisible, that are seen if two pictures take turns in one place, and side by side.
+pub(super) const SEEN_UP_TO: [f64; 3] = [1.0, 10.0, 30.0];
+
 /// How far a difference is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Seen {
-    /// Up to 1 code.
+    /// Not at all.
     Invisible,
-    /// Up to 10 codes: one sees it when the two pictures take turns in one place.
+    /// When the two pictures take turns in one place.
     Flicker,
-    /// Up to 30 codes.
+    /// When they stand side by side.
     SideBySide,
-    /// More.
+    /// At once.
     Obvious,
 }
 
 impl Seen {
     /// How a difference of some 8-bit codes is seen.
     pub(super) fn of(codes: f64) -> Self {
-        match codes {
-            ..=1.0 => Self::Invisible,
-            ..=10.0 => Self::Flicker,
-            ..=30.0 => Self::SideBySide,
-            _ => Self::Obvious,
-        }
+        let all = [Self::Invisible, Self::Flicker, Self::SideBySide];
+        let first = all.into_iter().zip(SEEN_UP_TO).find(|(_, most)| codes <= *most);
+        first.map_or(Self::Obvious, |(seen, _)| seen)
     }
 
     /// After "which": how it is seen.

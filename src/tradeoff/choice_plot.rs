@@ -1,7 +1,7 @@
 //! The plot of the choices: how far a picture is off and how that is seen, against the time of a request. Dots have numbers, and
 //! their names stand beside the plane, or below it where that is narrow.
 
-use super::answer::duration;
+use super::answer::{SEEN_UP_TO, duration};
 use super::chips::{Chip, Chips};
 use super::choices::{Choice, Choices};
 use super::labels::{Area, width};
@@ -12,10 +12,10 @@ use std::fmt::Write;
 const FONT: f64 = 13.0;
 /// The bands from the top: lower and upper end in codes, share of the height, name and class.
 const BANDS: [(f64, f64, f64, &str, &str); 4] = [
-    (30.0, 256.0, 0.29, "obvious", "off obvious"),
-    (10.0, 30.0, 0.22, "seen side by side", "off beside"),
-    (1.5, 10.0, 0.26, "seen only if pictures take turns", "off flicker"),
-    (0.0, 1.5, 0.23, "invisible", "off unseen"),
+    (SEEN_UP_TO[2], 256.0, 0.29, "obvious", "off obvious"),
+    (SEEN_UP_TO[1], SEEN_UP_TO[2], 0.22, "seen side by side", "off beside"),
+    (SEEN_UP_TO[0], SEEN_UP_TO[1], 0.26, "seen only if pictures take turns", "off flicker"),
+    (0.0, SEEN_UP_TO[0], 0.23, "invisible", "off unseen"),
 ];
 /// What the name of a band takes at its top, and what dots need at either end.
 const NAME: f64 = 16.0;

@@ -3,6 +3,7 @@
 pub(crate) mod accept;
 pub(crate) mod body;
 pub(crate) mod body_part;
+pub(crate) mod bounded;
 pub(crate) mod conditions;
 pub(crate) mod json_body;
 pub(crate) mod named_job;

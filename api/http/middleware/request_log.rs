@@ -4,10 +4,13 @@ use crate::http::auth::capability;
 use crate::http::drain::Counted;
 use crate::http::problem::Problem;
 use crate::http::state::App;
+use axum::body::Body;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use http_body_util::BodyExt;
+use hyper::body::Body as _;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -37,8 +40,7 @@ pub(crate) async fn request_log(State(app): State<App>, request: Request, next: 
         }
     }
     add_headers(&mut response, &id);
-    visit.end(&response);
-    response
+    visit.end(response)
 }
 
 /// What every answer to a client has.
@@ -95,7 +97,8 @@ struct RequestLog {
     path: String,
     started: Instant,
     status: Option<StatusCode>,
-    _counted: Counted,
+    /// Counts it among those that run, until it is answered.
+    counted: Option<Counted>,
 }
 
 /// A path as URLs have it: what a client may send raw could control a terminal.
@@ -120,13 +123,24 @@ impl RequestLog {
             path: graphic(&capability::hidden(request.uri().path())),
             started: Instant::now(),
             status: None,
-            _counted: app.drain.request(),
+            counted: Some(app.drain.request()),
         }
     }
 
-    fn end(mut self, response: &Response) {
+    /// The answer is there. One that is made while it is sent still runs: a drain waits for it.
+    fn end(mut self, response: Response) -> Response {
         self.status = Some(response.status());
-        self.app.metrics.answered(&self.route, &self.method, response, self.started.elapsed());
+        self.app.metrics.answered(&self.route, &self.method, &response, self.started.elapsed());
+        if response.body().size_hint().exact().is_some() {
+            return response;
+        }
+        let counted = self.counted.take();
+        response.map(|body| {
+            Body::new(body.map_err(move |error| {
+                let _counted = &counted;
+                error
+            }))
+        })
     }
 }
 

@@ -166,7 +166,8 @@ pub(crate) async fn answer(app: App, request: Request) -> Result<Response, Probl
     Ok(response)
 }
 
-/// A request that waits for a job. If it goes away and nobody else knows of the job, that is canceled.
+/// A request that waits for a job. If it goes away and nobody else knows of the job, that is deleted, so that the next request for
+/// the same turntable begins another one.
 #[derive(Debug)]
 struct Waiter {
     app: App,
@@ -180,7 +181,7 @@ impl Drop for Waiter {
         {
             let (app, job) = (self.app.clone(), Arc::clone(&self.job));
             runtime.spawn_blocking(move || {
-                if let Err(error) = app.service.jobs.cancel(&job) {
+                if let Err(error) = app.service.jobs.forget(&job) {
                     tracing::warn!(%error, "the job of a client that went away goes on");
                 }
             });

@@ -1,5 +1,7 @@
 //! `/v1/assets`: files that scenes name by their SHA-256, sent once.
 
+use crate::http::extract::bounded::BoundedList;
+use crate::http::extract::conditions::{Verdict, has_any, weigh};
 use crate::http::extract::{body as request_body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -41,8 +43,10 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/assets/{sha256}", get, ["asset", "assets", about_get])
             .needs(Scope::Read)
             .path("sha256", digits)
+            .header("If-None-Match", "The ETag of the bytes that the client has.")
             .answer(200, "The bytes", &[file])
-            .answer_header("ETag", "Its hash."),
+            .answer_header("ETag", "Its hash.")
+            .answer(304, "The client has them", &[]),
         Route::delete("/v1/assets/{sha256}", remove, ["removeAsset", "assets", about_remove])
             .needs(Scope::Render)
             .path("sha256", digits)
@@ -70,8 +74,8 @@ struct SentAsset {
 #[serde(deny_unknown_fields)]
 struct WantedAssets {
     /// Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
-    #[schemars(length(max = 10_000))]
-    sha256: Vec<String>,
+    #[schemars(with = "Vec<String>", length(max = 10_000))]
+    sha256: BoundedList<String, ASKED>,
 }
 
 /// Assets that have to be sent.
@@ -123,6 +127,7 @@ async fn get(
     request: Request,
 ) -> Result<Response, Problem> {
     let hash = known_hash(&hash)?;
+    let etag = format!("\"{hash}\"");
     let digest = HEXLOWER.decode(hash.as_bytes()).unwrap_or_default();
     let mut headers = HeaderMap::new();
     let mut add = |name: header::HeaderName, value: String| {
@@ -131,7 +136,7 @@ async fn get(
     // It is shown by no browser: what tenants send may be a page with a script.
     let _ = add(header::CONTENT_TYPE, "application/octet-stream".into());
     let _ = add(header::X_CONTENT_TYPE_OPTIONS, "nosniff".into());
-    let _ = add(header::ETAG, format!("\"{hash}\""));
+    let _ = add(header::ETAG, etag.clone());
     let _ = add(header::CACHE_CONTROL, "private, max-age=31536000, immutable".into());
     let _ = add(header::HeaderName::from_static("repr-digest"), repr_digest(&digest));
     let absent = || not_yours(&hash);
@@ -139,6 +144,15 @@ async fn get(
         let size = app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
         headers.insert(header::CONTENT_LENGTH, size.into());
         return Ok(headers.into_response());
+    }
+    // Whoever has the bytes may know whether this tenant has them, too.
+    if has_any(request.headers()) {
+        app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
+        match weigh(request.method(), request.headers(), Some(&etag)) {
+            Verdict::NotModified => return Ok((StatusCode::NOT_MODIFIED, headers).into_response()),
+            Verdict::Failed => return Err(Problem::new(Kind::PreconditionFailed, format!("the asset is {etag}"))),
+            Verdict::Proceed => {}
+        }
     }
     let bytes = app.service.asset(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
     Ok((headers, body(bytes)).into_response())
@@ -155,10 +169,10 @@ async fn missing(
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
     let WantedAssets { sha256 } =
         json_body::read(text.as_ref(), r#"the body is {"sha256": ["64 hexadecimal digits", ...]}"#)?;
-    if sha256.len() > ASKED {
+    if sha256.count > ASKED {
         return Err(invalid(format!("at most {ASKED} hashes")));
     }
-    let hashes = sha256.iter().map(|hash| {
+    let hashes = sha256.kept.iter().map(|hash| {
         let hash = hash.strip_prefix(SCHEME).unwrap_or(hash);
         let wrong = || invalid(format!("{hash:?} is no SHA-256: write 64 hexadecimal digits, small letters"));
         if is_hash(hash) { Ok(hash.to_owned()) } else { Err(wrong()) }

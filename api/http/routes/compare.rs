@@ -2,6 +2,7 @@
 
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body_part::BodyPart;
+use crate::http::extract::bounded::SettingsObject;
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
@@ -17,8 +18,8 @@ use crate::service::scenes::ids::ImageId;
 use crate::service::scenes::sent_scene::Form as SceneForm;
 use crate::service::scheduler::task::Class;
 use schemars::{Schema, SchemaGenerator, json_schema};
+use serde_json::json;
 use serde_json::value::RawValue;
-use serde_json::{Map, Value, json};
 use strahl::film::FileFormat;
 use strahl::metrics::{CodeErrors, Spread};
 use strahl::scene::{Format, Overrides};
@@ -77,7 +78,7 @@ struct Side<'a> {
     /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "overrides")]
-    settings: Map<String, Value>,
+    settings: SettingsObject,
 }
 
 fn overrides(_: &mut SchemaGenerator) -> Schema {
@@ -202,11 +203,11 @@ fn both_of(app: &AppState, tenant: &Tenant, body: &[u8]) -> Result<[Wanted; 2], 
 }
 
 fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'_>) -> Result<Wanted, Problem> {
-    let mut query = Query::given(side.settings.clone(), format!("/{name}/settings"));
+    let mut query = Query::given(side.settings.0.clone(), format!("/{name}/settings"));
     let overrides = query.settings(Format::Json);
     query.finish()?;
     let (source, part) = match (side.image, side.scene) {
-        (Some(image), None) if side.settings.is_empty() => {
+        (Some(image), None) if side.settings.0.is_empty() => {
             (WantedSource::Image(image_id(&image)?), BodyPart::default())
         }
         (None, Some(scene)) => {

@@ -2,6 +2,7 @@
 
 use crate::http::contract::scene_reference;
 use crate::http::extract::body_part::BodyPart;
+use crate::http::extract::bounded::{BoundedList, SettingsObject};
 use crate::http::extract::json_body;
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
@@ -65,7 +66,8 @@ struct Settings<'a> {
     #[schemars(schema_with = "scene_reference")]
     scene: &'a RawValue,
     /// Settings that replace the scene's, by the names of the query parameters.
-    settings: Vec<Map<String, Value>>,
+    #[schemars(with = "Vec<Map<String, Value>>")]
+    settings: BoundedList<SettingsObject, MOST>,
 }
 
 /// The estimates of several settings.
@@ -148,15 +150,15 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
     }
     let Settings { scene, settings } =
         json_body::read(sent.text, r#"the body is {"scene": {...}, "settings": [{...}, ...]}"#)?;
-    if settings.len() > MOST {
-        return Err(invalid(format!("{} settings are too many; one request has at most {MOST}", settings.len())));
+    if settings.count > MOST {
+        return Err(invalid(format!("{} settings are too many; one request has at most {MOST}", settings.count)));
     }
-    let over = |(i, own): (usize, &Map<String, Value>)| {
-        let mut query = Query::given(own.clone(), format!("/settings/{i}"));
+    let over = |(i, own): (usize, &SettingsObject)| {
+        let mut query = Query::given(own.0.clone(), format!("/settings/{i}"));
         let overrides = query.settings(Format::Json).over(&sent.overrides);
         query.finish().map(|()| overrides)
     };
-    let overrides = settings.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
+    let overrides = settings.kept.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
     let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
     let part = BodyPart::of(sent.text, "/scene".into(), scene);
     let sent = SentScene::new(text, &form, &sent.overrides);
@@ -167,12 +169,13 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
         let region = Region::whole(ready.scene.width, ready.scene.height);
         plans.push(planned(ready, region, &work.workers, &work.control).map_err(Error::from)?.0);
     }
-    let each = settings.into_iter().zip(scenes.iter().zip(&plans).skip(1)).map(|(settings, (ready, plan))| Estimated {
-        settings,
-        estimate: plan.estimate,
-        depth: plan.depth.clone(),
-        image_id: image_of(ready).map(|image| image.to_string()),
-    });
+    let each =
+        settings.kept.into_iter().zip(scenes.iter().zip(&plans).skip(1)).map(|(settings, (ready, plan))| Estimated {
+            settings: settings.0,
+            estimate: plan.estimate,
+            depth: plan.depth.clone(),
+            image_id: image_of(ready).map(|image| image.to_string()),
+        });
     let estimates = each.collect();
     to_json(&app.service.memory, &Explained::Several(Several { plan: &plans[0], estimates }))
 }

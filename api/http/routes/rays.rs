@@ -3,6 +3,7 @@
 use crate::http::contract::{example_scene, scene_reference};
 use crate::http::extract::body::declares_json;
 use crate::http::extract::body_part::BodyPart;
+use crate::http::extract::bounded::BoundedList;
 use crate::http::extract::json_body;
 use crate::http::extract::variation::form_of;
 use crate::http::prelude::*;
@@ -13,10 +14,8 @@ use crate::service::limits::{ANSWER_GROWTH, MAX_RAYS};
 use crate::service::scenes::sent_scene::SentScene;
 use crate::service::scheduler::admission::Work;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use serde::de::{Deserialize, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde_json::json;
 use serde_json::value::RawValue;
-use std::fmt;
 use strahl::inspect::query::{RayAnswer, RayQuery, answer as follow};
 use strahl::render::Cancelled;
 use strahl::scene::{Format, Scene};
@@ -52,7 +51,7 @@ struct Questions<'a> {
     /// The rays.
     #[serde(borrow)]
     #[schemars(with = "Vec<RayQuery>", length(max = 100_000))]
-    rays: Rays<'a>,
+    rays: BoundedList<&'a RawValue, MAX_RAYS>,
 }
 
 /// What the rays hit, in their order.
@@ -73,7 +72,7 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
-    let rays = read_all(sent.text, &rays.texts)?;
+    let rays = read_all(sent.text, &rays.kept)?;
     let (form, scene) = form_of(app, tenant, text.get().as_bytes())?;
     let scene = SentScene::new(scene, &form, &sent.overrides);
     let part = BodyPart::of(sent.text, "/scene".into(), text);
@@ -100,40 +99,6 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
     }
     answer.append(b"]}")?;
     Ok(Answer::new("application/json", body(answer)).warning(&found.ready.scene.warnings))
-}
-
-/// The rays, up to the limit, and their number. More are only counted, since a reference to each takes memory.
-#[derive(Debug)]
-struct Rays<'a> {
-    texts: Vec<&'a RawValue>,
-    count: usize,
-}
-
-impl<'de: 'a, 'a> Deserialize<'de> for Rays<'a> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct RaysVisitor;
-        impl<'de> Visitor<'de> for RaysVisitor {
-            type Value = Rays<'de>;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an array of rays")
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Rays<'de>, A::Error> {
-                let mut texts = Vec::new();
-                while texts.len() < MAX_RAYS
-                    && let Some(text) = all.next_element()?
-                {
-                    texts.push(text);
-                }
-                let mut count = texts.len();
-                // In serde_json reading on after the end of a shorter array is an error.
-                while count >= MAX_RAYS && all.next_element::<IgnoredAny>()?.is_some() {
-                    count += 1;
-                }
-                Ok(Rays { texts, count })
-            }
-        }
-        deserializer.deserialize_seq(RaysVisitor)
-    }
 }
 
 fn read_all(body: &[u8], rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
@@ -163,7 +128,7 @@ mod tests {
         let count = |rays: usize| {
             let body = format!("{{\"scene\": 0, \"rays\": [{}]}}", vec!["0"; rays].join(","));
             let questions: Questions<'_> = serde_json::from_str(&body).unwrap();
-            (questions.rays.texts.len(), questions.rays.count)
+            (questions.rays.kept.len(), questions.rays.count)
         };
         assert_eq!(count(0), (0, 0));
         assert_eq!(count(MAX_RAYS - 1), (MAX_RAYS - 1, MAX_RAYS - 1));

@@ -1,5 +1,6 @@
 //! `/v1/scenes`: scenes that are stored by their ids, so that their pictures have URLs.
 
+use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -11,6 +12,7 @@ use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use axum::Extension;
 use axum::body::Bytes;
+use axum::http::Method;
 use serde_json::json;
 use std::io::BufRead;
 use strahl::film::Region;
@@ -40,7 +42,10 @@ pub(super) fn routes() -> Vec<Route> {
         Route::get("/v1/scenes/{scene_id}", get, ["scene", "pictures", about_get])
             .needs(Scope::Read)
             .path("scene_id", "As `POST /v1/scenes` says it.")
-            .answer(200, "The scene", &[scene]),
+            .header("If-None-Match", "The ETag of the scene that the client has.")
+            .answer(200, "The scene", &[scene])
+            .answer_header("ETag", "Its id.")
+            .answer(304, "The client has it", &[]),
         Route::get("/v1/scenes/{scene_id}/source", source, ["sceneSource", "pictures", about_source])
             .needs(Scope::Read)
             .path("scene_id", "As `POST /v1/scenes` says it.")
@@ -128,9 +133,16 @@ async fn get(
     State(app): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
+    method: Method,
+    conditions: HeaderMap,
 ) -> Result<Response, Problem> {
     let etag = format!("\"{id}\"");
     let text = app.service.scene_text(tenant.task(Class::Renders), id, owner(&tenant)).await?;
+    match weigh(&method, &conditions, Some(&etag)) {
+        Verdict::NotModified => return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, etag)]).into_response()),
+        Verdict::Failed => return Err(Problem::new(Kind::PreconditionFailed, format!("the scene is {etag}"))),
+        Verdict::Proceed => {}
+    }
     let headers = [(header::CONTENT_TYPE, "application/json"), (header::ETAG, &etag)];
     Ok((headers, Bytes::from_owner(text)).into_response())
 }
@@ -139,10 +151,12 @@ async fn source(
     State(app): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
+    method: Method,
+    conditions: HeaderMap,
 ) -> Result<Response, Problem> {
     let claim = app.service.scene_claim(id.clone(), tenant.name.clone()).await;
     let Some(Source { format, text }) = claim.as_deref().and_then(Source::read) else {
-        return get(State(app), Extension(tenant), Path(id)).await;
+        return get(State(app), Extension(tenant), Path(id), method, conditions).await;
     };
     let media_type = match format {
         Format::Json => "application/json",

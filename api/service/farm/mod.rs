@@ -30,6 +30,11 @@ use async_nats::jetstream::stream::Stream;
 use std::io;
 use std::time::Duration;
 use tokio::runtime::Handle;
+use tokio::time::sleep;
+
+/// Times that the broker is asked to take back the pieces of a picture that is complete, and the time between them.
+const PURGES: u32 = 300;
+const BETWEEN_PURGES: Duration = Duration::from_secs(1);
 
 /// The farm as a front sees it.
 #[derive(Debug)]
@@ -126,7 +131,24 @@ impl Farm {
 
     /// Takes back all pieces of a job that wait.
     async fn purge(&self, tenant: &str, job: &str) -> Result<(), String> {
-        let purged = self.work.purge().filter(names::all_work(tenant, job)).await;
-        purged.map(|_| ()).map_err(|error| reasons(&error))
+        purge(&self.work, names::all_work(tenant, job)).await
     }
+
+    /// The same once the broker answers, for a job that sends no more. If the leader of the stream ends, pieces that nodes have
+    /// acknowledged may stay in it: no node gets them, and they count against the most that the stream holds.
+    fn purge_later(&self, tenant: &str, job: &str) {
+        let (work, subject) = (self.work.clone(), names::all_work(tenant, job));
+        self.runtime.spawn(async move {
+            for _ in 0..PURGES {
+                sleep(BETWEEN_PURGES).await;
+                if purge(&work, subject.clone()).await.is_ok() {
+                    return;
+                }
+            }
+        });
+    }
+}
+
+async fn purge(work: &Stream<()>, subject: String) -> Result<(), String> {
+    work.purge().filter(subject).await.map(|_| ()).map_err(|error| reasons(&error))
 }

@@ -25,6 +25,9 @@ use std::time::{Duration, Instant};
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 
+/// Longest wait for anything.
+pub(super) const PATIENCE: Duration = Duration::from_secs(60);
+
 pub(super) const SCENE: &str = r#"{
   "version": 1,
   "image": { "width": 48, "height": 40 },
@@ -91,7 +94,7 @@ impl Opened {
     pub(super) fn wait(&self, job: &Job) -> State {
         let started = Instant::now();
         while !job.record().state.is_final() {
-            assert!(started.elapsed() < Duration::from_secs(60), "a job does not end");
+            assert!(started.elapsed() < PATIENCE, "a job does not end");
             thread::sleep(Duration::from_millis(1));
         }
         job.record().state
@@ -101,7 +104,9 @@ impl Opened {
 impl Drop for Opened {
     fn drop(&mut self) {
         self.jobs.close();
-        while self.jobs.counts().1 > 0 {
+        let started = Instant::now();
+        // The thread of a job that has ended holds the file of the records a moment longer.
+        while (self.jobs.counts().1 > 0 || Arc::strong_count(&self.jobs) > 1) && started.elapsed() < PATIENCE {
             thread::sleep(Duration::from_millis(1));
         }
     }

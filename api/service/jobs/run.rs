@@ -88,7 +88,7 @@ pub(super) struct Begun {
 
 /// Makes a job one that runs here.
 pub(super) fn begin(jobs: &Jobs, job: &Arc<Job>) -> Result<Begun, Stopped> {
-    if !jobs.begin(job).map_err(|error| disk(&error))? {
+    if !jobs.begin(job).map_err(|error| job.why_stopped_or(disk(&error)))? {
         return Err(Stopped::Taken);
     }
     let (task, spec, edge) = {

@@ -5,6 +5,7 @@ use super::job::Job;
 use super::record::Record;
 use super::records::Records;
 use crate::service::clock::RunTime;
+use crate::service::error::not_reachable;
 use crate::service::farm::Farm;
 use crate::service::farm::events::Publisher;
 use crate::service::farm::fronts::Fronts;
@@ -63,7 +64,7 @@ fn key(record: &Record) -> String {
 }
 
 impl Records for Arc<Shared> {
-    /// When this returns, this front has heard of it: whatever the broker had before it is in the registry.
+    /// When this returns, this front has heard of it, unless the broker is slow: whatever it had before is in the registry.
     fn create(&self, record: &Record) -> Result<u64, Refused> {
         let json = serde_json::to_vec(record).map_err(io::Error::from)?;
         let revision = self.records.create(&key(record), json)?;
@@ -120,9 +121,12 @@ impl Records for Arc<Shared> {
             claimed = self.keys.replace(&place, self.own(), revision);
         }
         let claimed = or_none(claimed)?;
-        if claimed.is_some() {
-            // Who had it before has written its job before.
-            self.records.catch_up_here();
+        // Who had it before has written its job before. Who has not heard of that would make a second one.
+        if let Some(revision) = claimed
+            && !self.records.catch_up_here()
+        {
+            self.give_up(tenant, key, revision);
+            return Err(not_reachable("the broker of the farm does not say which jobs there are"));
         }
         Ok(claimed)
     }

@@ -72,11 +72,18 @@ impl Service {
         self.asset_work(remove).await
     }
 
-    /// Work that may wait for the disk or for the store of a farm.
+    /// Work that may wait for the disk, for the store of a farm, and for other work on assets.
     async fn asset_work<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, Error> + Send + 'static,
     ) -> Result<T, Error> {
-        tokio::task::spawn_blocking(work).await.map_err(|_| Error::Internal("the request failed"))?
+        let lost = "the request failed";
+        let place = Arc::clone(&self.asset_threads).acquire_owned().await.map_err(|_| Error::Internal(lost))?;
+        let work = move || {
+            // Who leaves does not end what has begun.
+            let _place = place;
+            work()
+        };
+        tokio::task::spawn_blocking(work).await.map_err(|_| Error::Internal(lost))?
     }
 }

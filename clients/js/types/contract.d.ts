@@ -1711,7 +1711,7 @@ export interface components {
             kind: components["schemas"]["RayKind"];
             /** @description The weight it would have had. */
             weight: number[];
-            /** @description `depth`, `weight` or `budget`. */
+            /** @description `depth`, `weight`, `budget`, or `roulette`, where others stand for it. */
             why: string;
         };
         /** @description What pixels of a picture look like where they are larger than those of the rendered one. */
@@ -2454,15 +2454,9 @@ export interface components {
         JobRequest: {
             /** @description Frames of the scene: a sequence. Default: a single picture. */
             frames?: components["schemas"]["Sequence"] | null;
-            /**
-             * @description Labels, by which jobs can be listed.
-             * @default []
-             */
+            /** @description Labels, by which jobs can be listed. */
             labels?: string[];
-            /**
-             * @description Format of the picture, by the names of the query parameters of `POST /v1/render`.
-             * @default {}
-             */
+            /** @description Format of the picture, by the names of the query parameters of `POST /v1/render`. */
             output?: components["schemas"]["PictureOutput"];
             /**
              * Format: uint8
@@ -2471,10 +2465,7 @@ export interface components {
             priority?: number | null;
             /** @description The scene. */
             scene: components["schemas"]["Scene"];
-            /**
-             * @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
-             * @default {}
-             */
+            /** @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`. */
             settings?: components["schemas"]["Overrides"];
             /** @description Puts the picture and its cost report into the store of the service when the job has succeeded. */
             store?: components["schemas"]["StoreRequest"] | null;
@@ -3770,7 +3761,7 @@ export interface components {
             dropped: number;
             /**
              * Format: uint64
-             * @description Rays from diffuse surfaces, for color bleeding.
+             * @description Rays from diffuse surfaces, for color bleeding and for light that is traced.
              */
             gathered: number;
             /** Format: uint64 */
@@ -3779,7 +3770,8 @@ export interface components {
             shadow: number;
             /**
              * Format: uint64
-             * @description Shadow rays not traced because their light could not add a quarter of `min_weight` to the pixel.
+             * @description Shadow rays not traced, since their light could add less than the pruning rule asks for: a quarter of `min_weight`, or what the
+             *     proof can spare.
              */
             shadow_skipped: number;
             /**
@@ -4446,10 +4438,7 @@ export interface components {
              * @default null
              */
             scene?: components["schemas"]["Scene"];
-            /**
-             * @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
-             * @default {}
-             */
+            /** @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`. */
             settings?: components["schemas"]["Overrides"];
         };
         /** @description A sky: its color changes from the horizon to the zenith. Below the horizon is ground of one color. */
@@ -4496,7 +4485,7 @@ export interface components {
             n2: number;
             /**
              * Format: double
-             * @description Unpolarised Fresnel reflectance, for information: r_s and r_t are constants of the material.
+             * @description Unpolarised Fresnel reflectance, for information: materials without `fresnel` have constants instead.
              */
             reflectance: number;
             /**
@@ -5804,7 +5793,10 @@ export interface operations {
     asset: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The ETag of the bytes that the client has. */
+                "If-None-Match"?: string | null;
+            };
             path: {
                 /** @description 64 hexadecimal digits, small letters. */
                 sha256: string;
@@ -5823,6 +5815,15 @@ export interface operations {
                 content: {
                     "application/octet-stream": components["schemas"]["Bytes"];
                 };
+            };
+            /** @description The client has them */
+            304: {
+                headers: {
+                    /** @description Its hash. */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
@@ -7473,7 +7474,10 @@ export interface operations {
     scene: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The ETag of the scene that the client has. */
+                "If-None-Match"?: string | null;
+            };
             path: {
                 /** @description As `POST /v1/scenes` says it. */
                 scene_id: string;
@@ -7485,11 +7489,22 @@ export interface operations {
             /** @description The scene */
             200: {
                 headers: {
+                    /** @description Its id. */
+                    ETag?: string;
                     [name: string]: unknown;
                 };
                 content: {
                     "application/json": components["schemas"]["Scene"];
                 };
+            };
+            /** @description The client has it */
+            304: {
+                headers: {
+                    /** @description Its id. */
+                    ETag?: string;
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];

@@ -21,7 +21,6 @@ pub(crate) use images::media_type;
 pub(crate) use json_read::{ELEMENTS, LIST};
 pub(crate) use nodes::{NODE_LEVELS, NODES};
 
-use super::budget::worked;
 use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::geometry::Geometry;
 use super::model::{Lamp, LampKind, Model, ModelCamera, Placement, Projection};
@@ -239,8 +238,8 @@ impl Builder<'_> {
         node: usize,
         transforms: &[DMat4],
     ) -> Result<(), Fault> {
-        // A few nodes and a few primitives may be very many pairs of them.
-        worked(1)?;
+        // A few nodes and a few primitives may be very many pairs of them, also of such as show nothing.
+        self.buffers.budget.take(transforms.len() as u64, size_of::<DMat4>())?;
         let document = self.document;
         let primitive = &document.meshes[mesh].primitives[k];
         let pointer = format!("/meshes/{mesh}/primitives/{k}");
@@ -280,7 +279,6 @@ impl Builder<'_> {
             Some(material) => self.material(material)?,
             None => None,
         };
-        self.buffers.budget.take(transforms.len() as u64, size_of::<DMat4>())?;
         let name = || document.nodes[node].name.as_deref().or(document.meshes[mesh].name.as_deref()).map(kept);
         let placements = &mut self.model.placements;
         let index = *self.placements.entry((geometry, material)).or_insert_with(|| {

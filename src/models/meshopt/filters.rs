@@ -7,6 +7,15 @@ type Filtered = Result<(), &'static str>;
 const WRONG_STRIDE: &str = "have a stride that the filter does not allow";
 const CANCELLED: &str = "were not filtered: loading was cancelled";
 
+/// Filters all elements of `BYTES` bytes.
+fn each<const BYTES: usize>(bytes: &mut [u8], filter: impl Fn(&mut [u8])) -> Filtered {
+    for part in bytes.chunks_mut(BYTES << 12) {
+        worked(part.len() as u64).map_err(|_| CANCELLED)?;
+        part.chunks_exact_mut(BYTES).for_each(&filter);
+    }
+    Ok(())
+}
+
 /// Rounds half away from zero.
 fn rounded(number: f32) -> i32 {
     (number + if number >= 0.0 { 0.5 } else { -0.5 }) as i32
@@ -14,21 +23,19 @@ fn rounded(number: f32) -> i32 {
 
 /// Unit vectors of four bytes or four shorts, folded onto an octahedron.
 pub(in crate::models) fn octahedral(bytes: &mut [u8], stride: usize) -> Filtered {
-    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     match stride {
-        4 => bytes.chunks_exact_mut(4).for_each(|element| {
+        4 => each::<4>(bytes, |element| {
             let folded = [0, 1, 2].map(|i: usize| f32::from(element[i] as i8));
             let unfolded = unfold(folded, 127.0);
             (0..3).for_each(|i| element[i] = unfolded[i] as i8 as u8);
         }),
-        8 => bytes.chunks_exact_mut(8).for_each(|element| {
+        8 => each::<8>(bytes, |element| {
             let folded = [0, 1, 2].map(|i: usize| f32::from(short(element, i)));
             let unfolded = unfold(folded, 32_767.0);
             (0..3).for_each(|i| put_short(element, i, unfolded[i]));
         }),
-        _ => return Err(WRONG_STRIDE),
+        _ => Err(WRONG_STRIDE),
     }
-    Ok(())
 }
 
 /// From the octahedron, on which `one` is 1, to the sphere.
@@ -53,11 +60,10 @@ fn put_short(element: &mut [u8], i: usize, number: i32) {
 
 /// Unit quaternions without their largest component.
 pub(in crate::models) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered {
-    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if stride != 8 {
         return Err(WRONG_STRIDE);
     }
-    for element in bytes.chunks_exact_mut(8) {
+    each::<8>(bytes, |element| {
         let packed = [0, 1, 2, 3].map(|i| short(element, i));
         let largest = (packed[3] & 3) as usize;
         let scale = std::f32::consts::FRAC_1_SQRT_2 / f32::from(packed[3] | 3);
@@ -66,44 +72,39 @@ pub(in crate::models) fn quaternion(bytes: &mut [u8], stride: usize) -> Filtered
         for (i, c) in [w, x, y, z].into_iter().enumerate() {
             put_short(element, (largest + i) & 3, rounded(c * 32_767.0));
         }
-    }
-    Ok(())
+    })
 }
 
 /// Numbers of 24 bits and a power of two, which become floats.
 pub(in crate::models) fn exponential(bytes: &mut [u8], stride: usize) -> Filtered {
-    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     if !stride.is_multiple_of(4) {
         return Err(WRONG_STRIDE);
     }
-    for element in bytes.chunks_exact_mut(4) {
+    each::<4>(bytes, |element| {
         let packed = i32::from_le_bytes([element[0], element[1], element[2], element[3]]);
         let (mantissa, exponent) = ((packed << 8) >> 8, packed >> 24);
         let number = crate::math::scale_by_power(f64::from(mantissa), exponent) as f32;
         element.copy_from_slice(&number.to_le_bytes());
-    }
-    Ok(())
+    })
 }
 
 /// Colors of four bytes or four shorts as luma, orange, green (YCoCg) and opacity, of as many bits as opacity says.
 pub(in crate::models) fn color(bytes: &mut [u8], stride: usize) -> Filtered {
-    worked(bytes.len() as u64).map_err(|_| CANCELLED)?;
     match stride {
-        4 => bytes.chunks_exact_mut(4).for_each(|element| {
+        4 => each::<4>(bytes, |element| {
             let [y, orange, green, alpha] = [0, 1, 2, 3].map(|i: usize| element[i]);
             let packed = [i32::from(y), i32::from(orange as i8), i32::from(green as i8), i32::from(alpha)];
             let color = of_luma(packed, 255.0);
             (0..4).for_each(|i| element[i] = color[i] as u8);
         }),
-        8 => bytes.chunks_exact_mut(8).for_each(|element| {
+        8 => each::<8>(bytes, |element| {
             let [y, orange, green, alpha] = [0, 1, 2, 3].map(|i| short(element, i));
             let packed = [i32::from(y as u16), i32::from(orange), i32::from(green), i32::from(alpha as u16)];
             let color = of_luma(packed, 65_535.0);
             (0..4).for_each(|i| element[2 * i..2 * i + 2].copy_from_slice(&(color[i] as u16).to_le_bytes()));
         }),
-        _ => return Err(WRONG_STRIDE),
+        _ => Err(WRONG_STRIDE),
     }
-    Ok(())
 }
 
 fn of_luma([y, orange, green, alpha]: [i32; 4], most: f32) -> [i32; 4] {

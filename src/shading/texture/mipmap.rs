@@ -4,6 +4,7 @@
 //! Pictures of 8 bits are kept as their codes, with a table of what they stand for: 7 bytes for a texel with all levels in place of
 //! 16, and the same numbers to the bit. Smaller copies are numbers: rounded to codes they would change pictures.
 
+use crate::control;
 use rayon::prelude::*;
 
 /// A picture and its smaller copies.
@@ -99,6 +100,9 @@ impl Mipmap {
         let Level { width, height, .. } = &self.levels[0];
         let cells = shares(*width, columns);
         let of_row = |part: &Vec<(usize, f64)>| {
+            if control::step(part.len() as u32 * steps(*width)) {
+                return vec![[0.0; 3]; columns];
+            }
             let mut row = vec![[0.0; 3]; *width];
             let all: f64 = part.iter().map(|(y, share)| share * weight(*y)).sum();
             for &(y, share) in part {
@@ -136,6 +140,7 @@ impl Mipmap {
     fn halved(&self) -> Option<Level> {
         let last = self.levels.len() - 1;
         let Level { width: columns, height: rows, .. } = &self.levels[last];
+        let last_width = *columns;
         if columns * rows == 1 {
             return None;
         }
@@ -143,6 +148,11 @@ impl Mipmap {
         let (columns, rows) = (shares(*columns, width), shares(*rows, height));
         let mut texels = Vec::with_capacity(width * height);
         for row in &rows {
+            if control::step(steps(last_width)) {
+                // Nobody looks at it any more.
+                texels.resize(width * height, [0.0; 3]);
+                break;
+            }
             for column in &columns {
                 let mut sum = [0.0; 3];
                 for &(y, down) in row {
@@ -168,6 +178,11 @@ impl Level {
             Texels::Codes(codes, values) => decoded(codes.as_chunks().0[i], values),
         }
     }
+}
+
+/// Steps of a control for two rows of texels.
+fn steps(width: usize) -> u32 {
+    1 + (width / 64) as u32
 }
 
 fn add(sum: &mut [f64; 3], light: [f64; 3], factor: f64) {

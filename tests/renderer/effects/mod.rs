@@ -21,6 +21,7 @@ mod motion;
 mod panes;
 mod roulette;
 mod shadow_catcher;
+mod sky_discs;
 mod textures;
 
 use serde_json::{Value, json};

@@ -59,7 +59,14 @@ fn assets_are_sent_found_and_deleted() {
     assert_eq!(missing(&[&own, &other]), json!([other]));
     let found = service.get(&path);
     assert!(found.body == cube);
-    assert_eq!(found.header("etag"), format!("\"{own}\""));
+    let etag = format!("\"{own}\"");
+    assert_eq!(found.header("etag"), etag);
+    let again = service.send("GET", &path, &[("If-None-Match", &etag)], b"");
+    assert_eq!((again.status, again.body.len(), again.header("etag")), (304, 0, etag.as_str()));
+    assert_eq!(service.send("GET", &path, &[("If-None-Match", "\"other\"")], b"").status, 200);
+    service.send("GET", &path, &[("If-Match", "\"other\"")], b"").problem(412, "precondition-failed");
+    let unknown = format!("/v1/assets/{other}");
+    service.send("GET", &unknown, &[("If-None-Match", "*")], b"").problem(404, "not-found");
     assert_eq!(found.header("x-content-type-options"), "nosniff");
     let head = service.send("HEAD", &path, &[], b"");
     assert_eq!((head.status, head.header("content-length")), (200, cube.len().to_string().as_str()));

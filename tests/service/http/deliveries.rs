@@ -83,8 +83,7 @@ fn a_message_is_tried_again_under_one_id_with_one_text_until_it_arrives() {
 fn a_message_that_does_not_arrive_is_given_up_with_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let (file, _) = secret(&folder);
-    let flags =
-        ["--webhook-secret-file", file.to_str().unwrap(), "--webhook-attempts", "3", "--webhook-timeout", "0.5"];
+    let flags = ["--webhook-secret-file", file.to_str().unwrap(), "--webhook-attempts", "3", "--webhook-timeout", "2"];
     let service = Service::start(&[&LOCAL[..], &flags].concat());
     let receiver = Receiver::start(&["500 Oops"]);
     let refused = submit(&service, BALL, &hook(&receiver.url()));

@@ -340,3 +340,25 @@ fn a_full_queue_says_when_to_come_back() {
     service.wait_for(0, 0);
     assert_eq!(service.post_json("/v1/render", BALL).status, 200);
 }
+
+/// In memory they would take 16 times their bytes.
+#[test]
+fn settings_and_lists_of_bodies_are_bounded() {
+    let service = Service::start(&[]);
+    let long = format!(r#"{{"width": [{}0]}}"#, "0,".repeat(1 << 17));
+    for (path, body) in [
+        ("/v1/jobs", format!(r#"{{"scene": {BALL}, "settings": {long}}}"#)),
+        ("/v1/jobs", format!(r#"{{"scene": {BALL}, "output": {long}}}"#)),
+        ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": [{long}]}}"#)),
+        ("/v1/compare", format!(r#"{{"a": {{"scene": {BALL}, "settings": {long}}}, "b": {{"scene": {BALL}}}}}"#)),
+    ] {
+        let problem = service.post_json(path, &body).problem(400, "invalid-request").to_string();
+        assert!(problem.contains("at most 65536 bytes"), "{path}: {problem}");
+    }
+    let labels = format!(r#"{{"scene": {BALL}, "labels": [{}"z"]}}"#, r#""a","#.repeat(100_000));
+    let problem = service.post_json("/v1/jobs", &labels).problem(400, "invalid-request").to_string();
+    assert!(problem.contains("at most 16 labels"), "{problem}");
+    let hashes = format!(r#"{{"sha256": [{}""]}}"#, r#""","#.repeat(10_000));
+    let problem = service.post_json("/v1/assets/missing", &hashes).problem(400, "invalid-request").to_string();
+    assert!(problem.contains("at most 10000 hashes"), "{problem}");
+}

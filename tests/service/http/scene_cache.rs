@@ -11,6 +11,17 @@ fn scene(answer: &Answer) -> &str {
     timing.split(", ").find_map(|metric| metric.strip_prefix("scene;desc=")).unwrap_or_else(|| panic!("{timing}"))
 }
 
+/// A client that has the canonical text is not sent it again.
+#[test]
+fn the_text_of_a_scene_is_sent_once() {
+    let service = Service::start(&[]);
+    let path = format!("/v1/scenes/{}", service.post_json("/v1/scenes", BALL).json()["scene_id"].as_str().unwrap());
+    let etag = service.get(&path).header("etag").to_owned();
+    let again = service.send("GET", &path, &[("If-None-Match", &etag)], b"");
+    assert_eq!((again.status, again.body.len(), again.header("etag")), (304, 0, etag.as_str()));
+    assert_eq!(service.send("GET", &path, &[("If-None-Match", "\"other\"")], b"").status, 200);
+}
+
 #[test]
 fn the_second_request_gets_the_same_bytes_without_building() {
     let service = Service::start(&[]);

@@ -5,7 +5,7 @@ use crate::http::extract::named_job::{NamedJob, may_see};
 use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::job::{JobView, shown, until_final};
-use crate::http::respond::put;
+use crate::http::respond::{blocking, put};
 use crate::service::jobs::record::{Record, State as JobState, is_job_id};
 use axum::Extension;
 
@@ -81,16 +81,23 @@ async fn jobs(
     request: Request,
 ) -> Result<Response, Problem> {
     let Filters { state, label, limit, cursor } = Query::read(request.uri(), filters)?;
-    let wanted = |record: &Record| {
-        may_see(&tenant, record)
-            && state.is_none_or(|state| record.state == state)
-            && label.as_ref().is_none_or(|label| record.labels.contains(label))
-    };
     app.service.jobs.catch_up().await;
-    let mut found = app.service.jobs.list(cursor.as_deref(), limit + 1, wanted);
-    let more = found.len() > limit;
-    found.truncate(limit);
-    let next = found.last().filter(|_| more).map(|job| job.record().id.clone());
+    let of_label = label.clone();
+    // Each place in a long queue is counted.
+    let (jobs, next) = blocking(move || {
+        let wanted = |record: &Record| {
+            may_see(&tenant, record)
+                && state.is_none_or(|state| record.state == state)
+                && of_label.as_ref().is_none_or(|label| record.labels.contains(label))
+        };
+        let mut found = app.service.jobs.list(cursor.as_deref(), limit + 1, wanted);
+        let more = found.len() > limit;
+        found.truncate(limit);
+        let next = found.last().filter(|_| more).map(|job| job.record().id.clone());
+        let jobs: Vec<JobView> = found.iter().map(|job| JobView::of(&app, job)).collect();
+        (jobs, next)
+    })
+    .await?;
     let mut headers = HeaderMap::new();
     if let Some(next) = &next {
         let filters = [("state", state.map(|state| state.name().to_owned())), ("label", label)];
@@ -99,7 +106,6 @@ async fn jobs(
         put(&mut headers, header::LINK, &format!("</v1/jobs?limit={limit}&cursor={next}{filters}>; rel=\"next\""));
     }
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    let jobs = found.iter().map(|job| JobView::of(&app, job)).collect();
     Ok((headers, Json(JobList { jobs, next })).into_response())
 }
 

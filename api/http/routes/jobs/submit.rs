@@ -1,6 +1,7 @@
 //! `POST /v1/jobs`: submits a job.
 
 use crate::http::contract::{example_scene, scene_reference};
+use crate::http::extract::bounded::{BoundedList, SettingsObject};
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::variation::form_of;
 use crate::http::extract::{body, json_body};
@@ -15,8 +16,8 @@ use crate::service::requests::jobs::WantedJob;
 use crate::service::scenes::sent_scene::Form;
 use crate::service::scheduler::task::PRIORITY;
 use schemars::{Schema, SchemaGenerator, json_schema};
+use serde_json::json;
 use serde_json::value::RawValue;
-use serde_json::{Map, Value, json};
 use strahl::film::FileFormat;
 use strahl::scene::{Format, Overrides};
 use strahl::sequence::{FRAMES, Sequence};
@@ -57,18 +58,18 @@ struct JobRequest<'a> {
     /// Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "overrides")]
-    settings: Map<String, Value>,
+    settings: SettingsObject,
     /// Format of the picture, by the names of the query parameters of `POST /v1/render`.
     #[serde(default)]
     #[schemars(schema_with = "output")]
-    output: Map<String, Value>,
+    output: SettingsObject,
     /// Priority among the tenant's jobs, from 0 to 100, 50 by default.
     #[schemars(range(min = 0, max = 100))]
     priority: Option<u8>,
     /// Labels, by which jobs can be listed.
     #[serde(default)]
-    #[schemars(length(max = 16))]
-    labels: Vec<String>,
+    #[schemars(with = "Vec<String>", length(max = 16))]
+    labels: BoundedList<String, { LABELS[0] }>,
     /// A receiver that hears how the job ends.
     webhook: Option<WebhookRequest>,
     /// Puts the picture and its cost report into the store of the service when the job has succeeded.
@@ -220,15 +221,16 @@ fn wanted(app: &AppState, tenant: &Tenant, mut text: MeteredBytes) -> Result<Wan
     if priority > 100 {
         return Err(invalid(format!("priority is a whole number from 0 to 100, not {priority}")));
     }
-    if labels.len() > LABELS[0] || labels.iter().any(|label| label.is_empty() || label.chars().count() > LABELS[1]) {
+    let is_wrong = |label: &String| label.is_empty() || label.chars().count() > LABELS[1];
+    if labels.count > LABELS[0] || labels.kept.iter().any(is_wrong) {
         return Err(invalid(format!("at most {} labels of 1 to {} letters each", LABELS[0], LABELS[1])));
     }
     let key = store.map(|store| store.key.as_deref().map_or(Ok(KeyTemplate::default()), str::parse)).transpose();
     let wishes = wishes_of(app, tenant, key.map_err(invalid)?, webhook.map(|webhook| webhook.url))?;
-    let mut query = Query::given(settings, "/settings");
+    let mut query = Query::given(settings.0, "/settings");
     let overrides = query.settings(Format::Json);
     query.finish()?;
-    let mut query = Query::given(output, "/output");
+    let mut query = Query::given(output.0, "/output");
     let output = query.output();
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
@@ -237,5 +239,5 @@ fn wanted(app: &AppState, tenant: &Tenant, mut text: MeteredBytes) -> Result<Wan
     let start = scene.as_ptr().addr() - text.as_ref().as_ptr().addr();
     let end = start + scene.len();
     text.keep(start..end);
-    Ok(WantedJob { scene: text, form, frames, overrides, output, priority, labels, wishes })
+    Ok(WantedJob { scene: text, form, frames, overrides, output, priority, labels: labels.kept, wishes })
 }

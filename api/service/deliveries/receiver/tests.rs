@@ -224,6 +224,7 @@ async fn slow_and_endless_answers_end() {
     assert!(refused.contains("in time"), "{refused}");
 
     // A gigabyte is promised, of which 8 MiB would come.
+    let receivers = Receivers::new(&settings(&LOCAL));
     let endless = [&b"HTTP/1.1 200 OK\r\nContent-Length: 1000000000\r\n\r\n"[..], &vec![b'x'; 8 << 20]].concat();
     let (huge, _) = receiver(endless).await;
     send(&receivers, &format!("http://127.0.0.1:{huge}/")).await.unwrap();

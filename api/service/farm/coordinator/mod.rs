@@ -338,17 +338,22 @@ impl<'a> Coordinator<'a> {
     /// Takes back what nobody needs any more: pieces that wait, and those that nodes render.
     async fn clear(&mut self, is_done: bool) {
         self.farm.backlog.forget(self.order.name);
-        self.purge().await;
+        // A job that is not done may go on, and its next coordinator begins with this.
+        if !self.purge().await && is_done {
+            self.farm.purge_later(self.order.tenant, self.order.name);
+        }
         // After the last tile only stragglers, whose tiles others have rendered, may go on.
         if !is_done || self.farm.counts.doubled.load(Ordering::Relaxed) > 0 {
             let _ = self.farm.broker.client.publish(names::cancel(self.order.name), self.life.clone().into()).await;
         }
     }
 
-    async fn purge(&self) {
+    /// Whether all pieces that wait were taken back.
+    async fn purge(&self) -> bool {
         let purged = self.farm.purge(self.order.tenant, self.order.name).await;
-        if let Err(error) = purged {
+        if let Err(error) = &purged {
             tracing::warn!(job = self.order.name, error, "waiting pieces are not taken back");
         }
+        purged.is_ok()
     }
 }

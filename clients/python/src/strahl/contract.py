@@ -471,7 +471,7 @@ class EndedRay(TypedDict):
     kind: RayKind
     # The weight it would have had.
     weight: list[float]
-    # `depth`, `weight` or `budget`.
+    # `depth`, `weight`, `budget`, or `roulette`, where others stand for it.
     why: str
 
 
@@ -1939,11 +1939,12 @@ class RayCounts(TypedDict):
     camera: int
     # Rays not followed because a sample reached the limit `rays_per_sample`, or a pixel the limit of its proof.
     dropped: int
-    # Rays from diffuse surfaces, for color bleeding.
+    # Rays from diffuse surfaces, for color bleeding and for light that is traced.
     gathered: int
     reflected: int
     shadow: int
-    # Shadow rays not traced because their light could not add a quarter of `min_weight` to the pixel.
+    # Shadow rays not traced, since their light could add less than the pruning rule asks for: a quarter of
+    # `min_weight`, or what the proof can spare.
     shadow_skipped: int
     # Transmissions that total internal reflection turned into reflections.
     total_internal_reflections: int
@@ -2377,7 +2378,7 @@ class SnellAngles(TypedDict):
     n1: float
     # Index of refraction on the other side.
     n2: float
-    # Unpolarised Fresnel reflectance, for information: r_s and r_t are constants of the material.
+    # Unpolarised Fresnel reflectance, for information: materials without `fresnel` have constants instead.
     reflectance: float
     # Angle of incidence in degrees.
     theta1_deg: float
