@@ -119,9 +119,13 @@ impl Plan {
         let pilot = Pilot::run(scene, region, control, effort)?;
         let threads = rayon::current_num_threads();
         let whole = pilot.nanoseconds() / threads as f64 * 1e-6;
-        let least = COARSEST_SHARE / f64::from(scene.samples);
-        let share = share(self.accuracy, whole, pilot.rays.value).clamp(least, 1.0);
+        let coarsest = COARSEST_SHARE / f64::from(scene.samples);
+        let share = share(self.accuracy, whole, pilot.rays.value).clamp(coarsest, 1.0);
+        let pilot_ms = milliseconds(started);
+        // A picture of which not even the first pixels were done in that time takes longer, unless it ends by itself.
+        let least = if pilot.is_cut_off && share == 1.0 { pilot_ms } else { 0.0 };
         let ms = |nanoseconds: f64| rounded(share * nanoseconds / threads as f64 * 1e-6);
+        let all_ms = |nanoseconds: f64| ms(nanoseconds).max(rounded(least));
         let count = |expected: f64| (share * expected).round() as u64;
         for effect in &mut self.explanation.effects {
             let (rays, nanoseconds) = match own(effect) {
@@ -148,13 +152,13 @@ impl Plan {
             camera_rays: count(pilot.kinds[0].value),
             refined_pixels: count(pilot.refined.value),
             unproved_pixels: count(pilot.given_up.value),
-            ms: ms(whole),
-            ms_ci: [ms((whole - off).max(0.0)), ms(whole + off)],
+            ms: all_ms(whole),
+            ms_ci: [all_ms((whole - off).max(0.0)), all_ms(whole + off)],
             at_least: pilot.is_cut_off,
-            pilot_ms: rounded(milliseconds(started)),
+            pilot_ms: rounded(pilot_ms),
             threads,
         });
-        self.explain_ms += milliseconds(started);
+        self.explain_ms += pilot_ms;
         Ok(pilot)
     }
 

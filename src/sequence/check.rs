@@ -2,7 +2,7 @@
 
 use super::path::{Key, NUMBERS, VECTORS};
 use super::{FRAMES, Sequence};
-use crate::scene::limits::MAGNITUDE;
+use crate::scene::limits::{MAGNITUDE, ROTATION};
 use crate::scene::problem::{Code, Problem, Problems};
 
 /// Most keys of a path.
@@ -31,8 +31,8 @@ pub(super) fn check(sequence: &Sequence) -> Result<(), Problems> {
         wrong("/rate", Code::OutOfRange, format!("must be from 0.1 to 100 frames a second, not {rate}"));
     }
     if let Some(turntable) = turntable {
-        if !(-36_000.0..=36_000.0).contains(&turntable.degrees) {
-            let detail = format!("must be from -36000 to 36000, not {}", turntable.degrees);
+        if !(-ROTATION..=ROTATION).contains(&turntable.degrees) {
+            let detail = format!("must be from -{ROTATION} to {ROTATION}, not {}", turntable.degrees);
             wrong("/turntable/degrees", Code::OutOfRange, detail);
         }
         if let Some(axis) = turntable.axis

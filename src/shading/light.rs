@@ -126,7 +126,7 @@ impl<R: Real> Light<R> {
 
     /// How likely [`Self::place`] chooses a direction of a disc in the sky, by solid angle: 1 / (pi tan^2 cos^3), and 0 beside it.
     #[inline(always)]
-    pub fn density_in_the_sky<L: Lanes<Real = R>>(&self, s: L::Simd, dir: V3<L>) -> L {
+    pub fn disc_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, dir: V3<L>) -> L {
         let zero = L::lit(s, 0.0);
         let Some((to_light, radius)) = self.sky_disc() else { return zero };
         let middle = V3::<L>::splat(s, to_light);
@@ -137,7 +137,7 @@ impl<R: Real> Light<R> {
     }
 
     /// The radiance at the rim of a disc in the sky, where it is highest.
-    pub fn brightest_in_the_sky(&self) -> Option<[f64; 3]> {
+    pub fn disc_radiance(&self) -> Option<[f64; 3]> {
         let (_, radius) = self.sky_disc()?;
         let square = radius.to_f64() * radius.to_f64();
         // White scatters 1/pi of what arrives, and shows the color of the light.

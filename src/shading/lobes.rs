@@ -1,11 +1,11 @@
 //! What surfaces of metallic-roughness materials do with light (glTF 2.0, appendix B): a diffuse lobe below, a GGX lobe over it,
-//! and a second GGX lobe of lacquer over both.
+//! and a second GGX lobe of clearcoat over both.
 //!
 //! Highlights of lights have a closed form, so they need no sample. Rays are followed where a lobe is so narrow that one ray
 //! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`). Where light is traced, each lobe sends a
 //! ray by a facet that it chooses.
 
-use super::microfacet::unhidden;
+use super::microfacet::smith_g1;
 use super::pbr::Parameters;
 use super::split_sum::reflected_share;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -15,9 +15,9 @@ use std::f64::consts::PI;
 /// codes up to half of it.
 pub const MIRROR: f64 = 0.1;
 
-/// Roughness of lacquer up to which it is a mirror, and from which on its surroundings are blurred. In between it is some of both:
+/// Roughness of clearcoat up to which it is a mirror, and from which on its surroundings are blurred. In between it is some of both:
 /// where a picture makes it rougher, no edge is to be seen.
-pub const LACQUER: [f64; 2] = [0.08, 0.15];
+pub const CLEARCOAT: [f64; 2] = [0.08, 0.15];
 
 /// Narrowest lobe that lights have a highlight in: that of roughness 0.03.
 pub const NARROWEST: f64 = 1.0 / 1024.0;
@@ -46,19 +46,19 @@ pub struct Lobes<L: Lanes> {
     lost: [L; 2],
     /// Width of the facets' distribution.
     width: L,
-    /// What the lacquer reflects, and the factor on its highlights: its facets reflect on to each other, too.
-    coat: L,
-    coat_gain: L,
-    coat_width: L,
-    /// The shares of light that facets which others do not hide reflect, of all, on the surface and the lacquer.
+    /// What the clearcoat reflects, and the factor on its highlights: its facets reflect on to each other, too.
+    clearcoat: L,
+    clearcoat_gain: L,
+    clearcoat_width: L,
+    /// The shares of light that facets which others do not hide reflect, of all, on the surface and the clearcoat.
     open: [L; 2],
     /// The share of all light that what is no metal gets.
     other: L,
     /// The lanes of what is no metal and reflects by Schlick's law, rather than by its index of refraction.
     by_schlick: u32,
-    /// The normal of the lacquer.
-    pub coat_ns: V3<L>,
-    /// The lanes with lacquer whose normal is not that of the surface below.
+    /// The normal of the clearcoat.
+    pub clearcoat_ns: V3<L>,
+    /// The lanes with clearcoat whose normal is not that of the surface below.
     pub apart: u32,
     /// What all light from around is multiplied with: what is scattered, and what wide lobes reflect.
     pub ambient: V3<L>,
@@ -68,26 +68,26 @@ pub struct Lobes<L: Lanes> {
     pub blurred: V3<L>,
     /// Roughness of the surface.
     pub roughness: L,
-    /// The share that a wide lobe of the lacquer reflects.
-    pub coat_blurred: L,
-    /// Roughness of the lacquer.
-    pub coat_roughness: L,
+    /// The share that a wide lobe of the clearcoat reflects.
+    pub clearcoat_blurred: L,
+    /// Roughness of the clearcoat.
+    pub clearcoat_roughness: L,
     /// The share of light from all around that arrives.
     pub occlusion: L,
     /// The lanes whose mirror ray is followed.
     pub mirrored: u32,
     /// Width of the facets that rays choose among; 0 where a mirror ray stands for the lobe.
     pub facets: L,
-    /// What the lacquer reflects by rays of its own: where light is traced, and where its normal is another.
-    pub lacquer: L,
-    /// Width of the facets of the lacquer; 0 where it is a mirror.
-    pub lacquer_facets: L,
+    /// What the clearcoat reflects by rays of its own: where light is traced, and where its normal is another.
+    pub clearcoat_by_rays: L,
+    /// Width of the facets of the clearcoat; 0 where it is a mirror.
+    pub clearcoat_facets: L,
     /// Factor on Fresnel's reflectance of a dielectric.
     pub reflection: V3<L>,
     /// Reflectance of metal at normal incidence and along the surface.
     pub metal: [V3<L>; 2],
-    /// What the lacquer mirrors by the ray of the surface below.
-    pub coat_mirror: L,
+    /// What the clearcoat mirrors by the ray of the surface below.
+    pub clearcoat_mirror: L,
     /// The share that passes what the surface does not reflect, and its color.
     pub passing: L,
     /// That share in color.
@@ -129,11 +129,11 @@ impl<L: Lanes> Lobes<L> {
     /// What wide lobes reflect of all light from around.
     #[inline(always)]
     pub fn reflected_from_around(&self) -> V3<L> {
-        let coat = self.coat_blurred;
-        (self.blurred + V3 { x: coat, y: coat, z: coat }) * self.occlusion
+        let clearcoat = self.clearcoat_blurred;
+        (self.blurred + V3 { x: clearcoat, y: clearcoat, z: clearcoat }) * self.occlusion
     }
 
-    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal of the surface and `coat_ns` that of the lacquer, which differ
+    /// The lobes of some lanes. `to_eye` is unit, `ns` the normal of the surface and `clearcoat_ns` that of the clearcoat, which differ
     /// in the lanes of `apart`. `traced`: whether rays bring light to each lobe.
     #[inline(always)]
     pub fn of(
@@ -142,22 +142,23 @@ impl<L: Lanes> Lobes<L> {
         lanes: u32,
         to_eye: V3<L>,
         ns: V3<L>,
-        coat_ns: V3<L>,
+        clearcoat_ns: V3<L>,
         apart: u32,
         traced: bool,
     ) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
-        let (cosine, coat_cosine) = (facing(s, ns, to_eye), facing(s, coat_ns, to_eye));
+        let (cosine, clearcoat_cosine) = (facing(s, ns, to_eye), facing(s, clearcoat_ns, to_eye));
         let least = L::lit(s, LEAST_SHARE);
-        let coat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - coat_cosine)) * p.lit;
-        let rough_coat = L::mask(s, lanes) & coat.gt(zero) & p.clearcoat_roughness.gt(L::lit(s, LACQUER[0]));
-        let mut open_coat = one;
-        if rough_coat.any() {
-            let [a, b, _] = reflected_share(s, coat_cosine, p.clearcoat_roughness, rough_coat.bits());
-            open_coat = L::select(rough_coat, (a + b).max(least), one);
+        let clearcoat = p.clearcoat * (L::lit(s, 0.04) + L::lit(s, 0.96) * fifth(one - clearcoat_cosine)) * p.lit;
+        let rough_clearcoat =
+            L::mask(s, lanes) & clearcoat.gt(zero) & p.clearcoat_roughness.gt(L::lit(s, CLEARCOAT[0]));
+        let mut open_clearcoat = one;
+        if rough_clearcoat.any() {
+            let [a, b, _] = reflected_share(s, clearcoat_cosine, p.clearcoat_roughness, rough_clearcoat.bits());
+            open_clearcoat = L::select(rough_clearcoat, (a + b).max(least), one);
         }
-        let below = (one - coat) * p.lit;
+        let below = (one - clearcoat) * p.lit;
         let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
         let tint = p.specular_color * p.normal_reflectance;
         let tint = V3 { x: tint.x.min(one), y: tint.y.min(one), z: tint.z.min(one) } * p.specular;
@@ -167,7 +168,7 @@ impl<L: Lanes> Lobes<L> {
 
         let every = L::mask(s, if traced { L::ALL } else { 0 });
         let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic) | every;
-        let coat_smooth = L::select(every, one, one - smoothstep(s, p.clearcoat_roughness, LACQUER));
+        let clearcoat_smooth = L::select(every, one, one - smoothstep(s, p.clearcoat_roughness, CLEARCOAT));
         let [a, b, facet] = reflected_share(s, cosine, p.roughness, lanes);
         // What facets hide from the eye or the light they reflect on (Fdez-Agüera 2019): 1 + F0 (1/(a + b) - 1).
         let open = (a + b).max(least);
@@ -190,8 +191,8 @@ impl<L: Lanes> Lobes<L> {
         let let_in = one - hidden * returned;
         let scattered = diffuse * let_in;
         let blurred = V3::select(smooth, nothing, f0 * a + f90 * b);
-        let coat_blurred = L::select(L::mask(s, lanes), coat * (one - coat_smooth), zero);
-        let ambient = scattered + blurred + V3 { x: coat_blurred, y: coat_blurred, z: coat_blurred };
+        let clearcoat_blurred = L::select(L::mask(s, lanes), clearcoat * (one - clearcoat_smooth), zero);
+        let ambient = scattered + blurred + V3 { x: clearcoat_blurred, y: clearcoat_blurred, z: clearcoat_blurred };
         let reflection = V3::select(smooth & !bright, color * (p.specular * other), nothing);
         let (mut reflection, mut gain, mut gain_metal) = (reflection, white, white);
         if traced {
@@ -205,16 +206,17 @@ impl<L: Lanes> Lobes<L> {
         let at_normal = (p.base_color * metal).times(gain_metal) + (tint * shiny).times(gain);
         let along = gain_metal * metal + gain * (shiny * p.specular);
         let metal = [V3::select(smooth, at_normal, nothing), V3::select(smooth, along, nothing)];
-        let apart = if apart == 0 { 0 } else { apart & coat.gt(zero).bits() };
-        let mut lacquer = if traced { coat } else { zero };
-        let mut coat_mirror = if traced { zero } else { coat * coat_smooth };
+        let apart = if apart == 0 { 0 } else { apart & clearcoat.gt(zero).bits() };
+        let mut clearcoat_by_rays = if traced { clearcoat } else { zero };
+        let mut clearcoat_mirror = if traced { zero } else { clearcoat * clearcoat_smooth };
         if apart != 0 && !traced {
             let mask = L::mask(s, apart);
-            (lacquer, coat_mirror) = (L::select(mask, coat_mirror, zero), L::select(mask, zero, coat_mirror));
+            (clearcoat_by_rays, clearcoat_mirror) =
+                (L::select(mask, clearcoat_mirror, zero), L::select(mask, zero, clearcoat_mirror));
         }
-        let (width, coat_width) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
-        let (facets, lacquer_facets) = (chosen(s, width, every), chosen(s, coat_width, every));
-        let mirrors = (smooth & p.lit.gt(zero)) | coat_mirror.gt(zero);
+        let (width, clearcoat_width) = (p.roughness * p.roughness, p.clearcoat_roughness * p.clearcoat_roughness);
+        let (facets, clearcoat_facets) = (chosen(s, width, every), chosen(s, clearcoat_width, every));
+        let mirrors = (smooth & p.lit.gt(zero)) | clearcoat_mirror.gt(zero);
         Self {
             lanes,
             diffuse,
@@ -222,39 +224,39 @@ impl<L: Lanes> Lobes<L> {
             f90,
             lost,
             width: width.max(L::lit(s, NARROWEST)),
-            coat,
-            coat_gain: one / open_coat,
-            open: [open, open_coat],
+            clearcoat,
+            clearcoat_gain: one / open_clearcoat,
+            open: [open, open_clearcoat],
             other,
             by_schlick: bright.bits() & lanes,
-            coat_width: coat_width.max(L::lit(s, NARROWEST)),
-            coat_ns,
+            clearcoat_width: clearcoat_width.max(L::lit(s, NARROWEST)),
+            clearcoat_ns,
             apart,
             ambient: ambient * p.occlusion,
             scattered,
             blurred,
             roughness: p.roughness,
-            coat_blurred,
-            coat_roughness: p.clearcoat_roughness,
+            clearcoat_blurred,
+            clearcoat_roughness: p.clearcoat_roughness,
             occlusion: p.occlusion,
             mirrored: mirrors.bits() & lanes,
             facets,
-            lacquer,
-            lacquer_facets,
+            clearcoat_by_rays,
+            clearcoat_facets,
             reflection,
             metal,
-            coat_mirror,
+            clearcoat_mirror,
             passing,
             transmission: p.base_color * passing,
             wide: !smooth.bits() & lanes,
             let_in,
-            emission: p.emissive * (one - coat),
+            emission: p.emissive * (one - clearcoat),
             opacity: p.opacity,
         }
     }
 
     /// The cosine between a light's direction and the normal of the surface, given that, and the lanes where the light may be
-    /// reflected: the surface or the lacquer over it faces it.
+    /// reflected: the surface or the clearcoat over it faces it.
     #[inline(always)]
     pub fn faces(&self, s: L::Simd, to_light: V3<L>, cosine: L) -> (L, L::Mask) {
         let zero = L::lit(s, 0.0);
@@ -263,7 +265,7 @@ impl<L: Lanes> Lobes<L> {
             return (cosine, faces);
         }
         let apart = L::mask(s, self.apart);
-        (L::select(apart, cosine.max(zero), cosine), faces | (apart & self.coat_ns.dot(to_light).gt(zero)))
+        (L::select(apart, cosine.max(zero), cosine), faces | (apart & self.clearcoat_ns.dot(to_light).gt(zero)))
     }
 
     /// The share of a light's irradiance over pi that is reflected to the eye. All vectors are unit and point away from the
@@ -278,10 +280,12 @@ impl<L: Lanes> Lobes<L> {
         let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let highlight = half.highlight(s, ns, cosine, self.width);
         let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
-        if self.coat.gt(zero).bits() & self.lanes != 0 {
-            let cosine = self.coat_ns.dot(to_light).max(zero);
-            let lacquer = self.coat * self.coat_gain * half.highlight(s, self.coat_ns, cosine, self.coat_width);
-            reflected = reflected + V3 { x: lacquer, y: lacquer, z: lacquer };
+        if self.clearcoat.gt(zero).bits() & self.lanes != 0 {
+            let cosine = self.clearcoat_ns.dot(to_light).max(zero);
+            let clearcoat = self.clearcoat
+                * self.clearcoat_gain
+                * half.highlight(s, self.clearcoat_ns, cosine, self.clearcoat_width);
+            reflected = reflected + V3 { x: clearcoat, y: clearcoat, z: clearcoat };
         }
         reflected
     }
@@ -289,7 +293,7 @@ impl<L: Lanes> Lobes<L> {
 
 /// What a lobe of facets does with light from a direction.
 #[derive(Debug, Clone, Copy)]
-pub struct Glance<L: Lanes> {
+pub struct LobeSample<L: Lanes> {
     /// The share of its irradiance over pi that is reflected to the eye.
     pub reflected: V3<L>,
     /// How likely a ray of the lobe has that direction, by solid angle; 0 where it has one only.
@@ -297,30 +301,39 @@ pub struct Glance<L: Lanes> {
 }
 
 impl<L: Lanes> Lobes<L> {
-    /// What the surface and the lacquer over it do with light from a direction, where their rays choose among facets. All vectors
+    /// What the surface and the clearcoat over it do with light from a direction, where their rays choose among facets. All vectors
     /// are as for [`Self::reflected`].
     #[inline(always)]
-    pub fn glances(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> [Glance<L>; 2] {
+    pub fn sampled_lobes(
+        &self,
+        s: L::Simd,
+        ns: V3<L>,
+        to_light: V3<L>,
+        to_eye: V3<L>,
+        cosine: L,
+    ) -> [LobeSample<L>; 2] {
         let zero = L::lit(s, 0.0);
         let half = Half::new(s, to_light, to_eye);
         let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
         let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let own = fresnel * half.highlight(s, ns, cosine, self.width);
-        let coat_cosine = self.coat_ns.dot(to_light).max(zero);
-        let over = self.coat * self.coat_gain * half.highlight(s, self.coat_ns, coat_cosine, self.coat_width);
+        let clearcoat_cosine = self.clearcoat_ns.dot(to_light).max(zero);
+        let over = self.clearcoat
+            * self.clearcoat_gain
+            * half.highlight(s, self.clearcoat_ns, clearcoat_cosine, self.clearcoat_width);
         let nothing = V3 { x: zero, y: zero, z: zero };
-        let [open, open_coat] = self.open;
-        let (rough, coat_rough) = (self.facets.gt(zero), self.lacquer_facets.gt(zero));
+        let [open, open_clearcoat] = self.open;
+        let (rough, clearcoat_rough) = (self.facets.gt(zero), self.clearcoat_facets.gt(zero));
         [
-            Glance {
+            LobeSample {
                 reflected: V3::select(rough, own, nothing),
-                density: L::select(rough, half.likely(s, ns, to_light, self.width, open), zero),
+                density: L::select(rough, half.pdf(s, ns, to_light, self.width, open), zero),
             },
-            Glance {
-                reflected: V3::select(coat_rough, V3 { x: over, y: over, z: over }, nothing),
+            LobeSample {
+                reflected: V3::select(clearcoat_rough, V3 { x: over, y: over, z: over }, nothing),
                 density: L::select(
-                    coat_rough,
-                    half.likely(s, self.coat_ns, to_light, self.coat_width, open_coat),
+                    clearcoat_rough,
+                    half.pdf(s, self.clearcoat_ns, to_light, self.clearcoat_width, open_clearcoat),
                     zero,
                 ),
             },
@@ -331,14 +344,14 @@ impl<L: Lanes> Lobes<L> {
 impl<L: Lanes> Lobes<L> {
     /// How likely facets of the surface that are chosen mirror the eye into a direction, by solid angle.
     #[inline(always)]
-    pub fn likely(&self, s: L::Simd, ns: V3<L>, dir: V3<L>, to_eye: V3<L>) -> L {
-        Half::new(s, dir, to_eye).likely(s, ns, dir, self.width, self.open[0])
+    pub fn pdf(&self, s: L::Simd, ns: V3<L>, dir: V3<L>, to_eye: V3<L>) -> L {
+        Half::new(s, dir, to_eye).pdf(s, ns, dir, self.width, self.open[0])
     }
 
-    /// The same of facets of the lacquer.
+    /// The same of facets of the clearcoat.
     #[inline(always)]
-    pub fn likely_of_lacquer(&self, s: L::Simd, dir: V3<L>, to_eye: V3<L>) -> L {
-        Half::new(s, dir, to_eye).likely(s, self.coat_ns, dir, self.coat_width, self.open[1])
+    pub fn clearcoat_pdf(&self, s: L::Simd, dir: V3<L>, to_eye: V3<L>) -> L {
+        Half::new(s, dir, to_eye).pdf(s, self.clearcoat_ns, dir, self.clearcoat_width, self.open[1])
     }
 }
 
@@ -365,18 +378,19 @@ impl<L: Lanes> Half<L> {
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        cosine * square / (spread * spread * (hidden(s, cosine, square) * hidden(s, seen, square)))
+        cosine * square
+            / (spread * spread * (smith_denominator(s, cosine, square) * smith_denominator(s, seen, square)))
     }
 
     /// D G1(v) G1(l) / (4 v.n open): among the facets that neither the eye nor the light is hidden from.
     #[inline(always)]
-    fn likely(&self, s: L::Simd, n: V3<L>, to_light: V3<L>, width: L, open: L) -> L {
+    fn pdf(&self, s: L::Simd, n: V3<L>, to_light: V3<L>, width: L, open: L) -> L {
         let square = width * width;
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        let visible = square / (L::lit(s, 2.0 * PI) * spread * spread * hidden(s, seen, square));
-        visible * unhidden(s, n, to_light, width) / open
+        let visible = square / (L::lit(s, 2.0 * PI) * spread * spread * smith_denominator(s, seen, square));
+        visible * smith_g1(s, n, to_light, width) / open
     }
 }
 
@@ -400,9 +414,9 @@ fn dielectric_reflectance<L: Lanes>(s: L::Simd, normal: L, cosine: L) -> L {
     ((across * across + flat * flat) * L::lit(s, 0.5)).min(one)
 }
 
-/// Smith's shadowing of GGX in one direction, of which 1 / (hidden(l) hidden(v)) is the whole.
+/// Smith's shadowing of GGX in one direction, of which 1 / (smith_denominator(l) smith_denominator(v)) is the whole.
 #[inline(always)]
-fn hidden<L: Lanes>(s: L::Simd, cosine: L, square: L) -> L {
+fn smith_denominator<L: Lanes>(s: L::Simd, cosine: L, square: L) -> L {
     cosine + (square + (L::lit(s, 1.0) - square) * cosine * cosine).sqrt()
 }
 

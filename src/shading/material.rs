@@ -47,7 +47,7 @@ pub enum Fresnel {
     Dielectric,
     /// Schlick's approximation for metals, whose r_s is that at normal incidence.
     Conductor,
-    /// A dielectric with some metal, and with lacquer over both: [`Pbr`].
+    /// A dielectric with some metal, and with clearcoat over both: [`Pbr`].
     Layered,
 }
 

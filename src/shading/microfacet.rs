@@ -22,7 +22,7 @@ pub fn visible_facet<L: Lanes>(s: L::Simd, ns: V3<L>, to_eye: V3<L>, alpha: L, [
 /// Share of the light in a unit direction that other facets do not hide: Smith's
 /// G1 = 2 / (1 + sqrt(1 + alpha^2 tan^2)). It is the weight of a ray that leaves from a facet visible to the eye.
 #[inline(always)]
-pub fn unhidden<L: Lanes>(s: L::Simd, ns: V3<L>, dir: V3<L>, alpha: L) -> L {
+pub fn smith_g1<L: Lanes>(s: L::Simd, ns: V3<L>, dir: V3<L>, alpha: L) -> L {
     let one = L::lit(s, 1.0);
     let cos = ns.dot(dir).abs();
     let across = alpha * alpha * (one - cos * cos).max(L::lit(s, 0.0));
@@ -72,7 +72,7 @@ mod tests {
                 let m = visible_facet((), ns, eye, alpha, point);
                 assert!((m.dot(m) - 1.0).abs() < 1e-12);
                 let out = m * (2.0 * m.dot(eye)) - eye;
-                sum += if out.z > 0.0 { unhidden((), ns, out, alpha) } else { 0.0 };
+                sum += if out.z > 0.0 { smith_g1((), ns, out, alpha) } else { 0.0 };
             }
             let (got, expected) = (sum / f64::from(n * n), albedo(cos, alpha));
             assert!((got - expected).abs() < 2e-3, "cos {cos}, alpha {alpha}: {got} instead of {expected}");
@@ -85,6 +85,6 @@ mod tests {
         let eye = V3 { x: 0.0, y: 0.6, z: 0.8 };
         let m = visible_facet((), ns, eye, 0.0, [0.3, 0.7]);
         assert!((m.dot(ns) - 1.0).abs() < 1e-15);
-        assert_eq!(unhidden((), ns, eye, 0.0), 1.0);
+        assert_eq!(smith_g1((), ns, eye, 0.0), 1.0);
     }
 }

@@ -30,7 +30,7 @@ pub struct Pbr {
     pub specular_color: Channel<[f64; 3]>,
     /// Reflectance of a dielectric at normal incidence, ((ior - 1)/(ior + 1))^2.
     pub normal_reflectance: f64,
-    /// Strength of the lacquer.
+    /// Strength of the clearcoat.
     pub clearcoat: Channel<f64>,
     /// Its roughness.
     pub clearcoat_roughness: Channel<f64>,

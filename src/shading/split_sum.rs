@@ -3,7 +3,7 @@
 //!
 //! They are means over visible facets (`microfacet.rs`), in a table.
 
-use super::microfacet::{unhidden, visible_facet};
+use super::microfacet::{smith_g1, visible_facet};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use crate::math;
 use std::sync::OnceLock;
@@ -67,7 +67,7 @@ fn integral(cosine: f64, roughness: f64) -> [f64; 3] {
         let versine = (1.0 - facet.dot(eye)).max(0.0);
         let out = facet * (2.0 * facet.dot(eye)) - eye;
         if out.z > 0.0 {
-            let (share, grazing) = (unhidden((), ns, out, alpha), versine * versine * versine * versine * versine);
+            let (share, grazing) = (smith_g1((), ns, out, alpha), versine * versine * versine * versine * versine);
             sums[0] += share * (1.0 - grazing);
             sums[1] += share * grazing;
         }

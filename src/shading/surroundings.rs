@@ -2,7 +2,7 @@
 //! Efficient Representation for Irradiance Environment Maps, 2001), what rough ones reflect by blurred pictures of the surroundings
 //! (Karis, Real Shading in Unreal Engine 4, 2013). Nothing in the scene hides any of it.
 
-use super::microfacet::{unhidden, visible_facet};
+use super::microfacet::{smith_g1, visible_facet};
 use super::sphere::{Sphere, middle};
 use super::texture::environment::Environment;
 use super::texture::mipmap::Mipmap;
@@ -162,7 +162,7 @@ fn blurred(sphere: &Sphere, i: usize) -> Environment {
             let spread = alpha * alpha * facet.z * facet.z + across;
             let density = alpha * alpha / (4.0 * PI * spread * spread);
             let angle = (1.0 / (f64::from(LOOKS) * density)).sqrt().min(0.5);
-            (out.z > 0.0).then(|| (out, unhidden((), up, out, alpha), angle))
+            (out.z > 0.0).then(|| (out, smith_g1((), up, out, alpha), angle))
         })
         .collect();
     let all: f64 = looks.iter().map(|(_, weight, _)| weight).sum();

@@ -1,6 +1,7 @@
-//! The rays that lacquer reflects by itself: where light is traced, since it has facets of its own, and where its normal is not that
+//! The rays that clearcoat reflects by itself: where light is traced, since it has facets of its own, and where its normal is not that
 //! of the surface below, which has another mirror ray.
 
+use super::distant_lights::CERTAIN;
 use super::facets::{CHOICES, again, threshold};
 use super::footprint::curvatures;
 use super::hits::Hits;
@@ -8,17 +9,16 @@ use super::kernel::Tracer;
 use super::observer::{NotFollowed, Observer};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
-use super::soft_lamps::CERTAIN;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::scene::effects::Effect;
 use crate::shading::lobes::Lobes;
-use crate::shading::microfacet::{unhidden, visible_facet};
+use crate::shading::microfacet::{smith_g1, visible_facet};
 use crate::shading::optics::reflect;
 
-/// Stacks the rays of lacquer.
+/// Stacks the rays of clearcoat.
 #[inline(never)]
-pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn scatter_clearcoat<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
@@ -31,11 +31,11 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
         || {
             let s = tracer.s;
             let zero = L::lit(s, 0.0);
-            let coated = lobes.lacquer.gt(zero).bits() & lobes.lanes & hits.found;
+            let coated = lobes.clearcoat_by_rays.gt(zero).bits() & lobes.lanes & hits.found;
             if coated == 0 {
                 return;
             }
-            let weight = rays.weight * lobes.lacquer;
+            let weight = rays.weight * lobes.clearcoat_by_rays;
             if rays.depth >= tracer.world.rules.max_depth {
                 tracer.record_omitted_rays(coated, weight, rays.depth + 1, false);
                 if O::WATCHING {
@@ -43,7 +43,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
                 }
                 return;
             }
-            let (n, width, to_eye) = (lobes.coat_ns, lobes.lacquer_facets, -rays.dir);
+            let (n, width, to_eye) = (lobes.clearcoat_ns, lobes.clearcoat_facets, -rays.dir);
             let rough = width.gt(zero);
             let facet = if rough.any() { facets(tracer, rays, hits, lobes, rough.bits() & coated) } else { n };
             let mut dir = reflect(s, rays.dir, facet);
@@ -63,7 +63,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
             let above = dir.dot(hits.ng).gt(zero) & (dir.dot(n).gt(zero) | even);
             let mut density = zero;
             if tracer.world.effects.has(Effect::GlobalIllumination) {
-                density = L::select(rough, lobes.likely_of_lacquer(s, dir, to_eye), L::lit(s, CERTAIN));
+                density = L::select(rough, lobes.clearcoat_pdf(s, dir, to_eye), L::lit(s, CERTAIN));
             }
             tracer.cones.chosen(density);
             tracer.send(RayPacket {
@@ -87,7 +87,7 @@ pub(super) fn scatter_lacquer<L: Lanes, O: Observer<L>, V: Variant>(
     );
 }
 
-/// Facets of the lacquer in some lanes, of which none is hidden (`facets.rs`).
+/// Facets of the clearcoat in some lanes, of which none is hidden (`facets.rs`).
 #[inline(always)]
 fn facets<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &Tracer<'_, L, O, V>,
@@ -97,14 +97,14 @@ fn facets<L: Lanes, O: Observer<L>, V: Variant>(
     lanes: u32,
 ) -> V3<L> {
     let s = tracer.s;
-    let (n, width, zero) = (lobes.coat_ns, lobes.lacquer_facets, L::lit(s, 0.0));
+    let (n, width, zero) = (lobes.clearcoat_ns, lobes.clearcoat_facets, L::lit(s, 0.0));
     let (mut all, mut left) = (n, lanes);
     for choice in 0..CHOICES {
-        let square = tracer.sampler.square(s, again(rays.path, choice), Choice::Lacquer);
+        let square = tracer.sampler.square(s, again(rays.path, choice), Choice::Clearcoat);
         let facet = visible_facet(s, n, -rays.dir, width, square);
         let out = reflect(s, rays.dir, facet);
         let above = out.dot(hits.ng).gt(zero) & out.dot(n).gt(zero);
-        let open = L::select(above, unhidden(s, n, out, width), zero);
+        let open = L::select(above, smith_g1(s, n, out, width), zero);
         // Beside the one of the surface below.
         let chosen = threshold::<L>(s, &tracer.sampler, rays.path ^ 0x5555_5555, choice).lt(open) & L::mask(s, left);
         all = V3::select(chosen, facet, all);

@@ -1,12 +1,12 @@
 //! Lamps in the sky that are more than a point, on lobes, where light is traced. A point of the lamp finds wide lobes, and a ray of a
 //! narrow lobe finds the lamp: each counts its share of what both may find, by the balance heuristic (`sampled_light.rs`). A highlight
-//! on lacquer would be speckled by points of the lamp alone.
+//! on clearcoat would be speckled by points of the lamp alone.
 
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
 use super::ray_packet::{RayKind, RayPacket};
-use super::sampled_light::share;
+use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::scene::effects::Effect;
@@ -26,7 +26,7 @@ pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) 
 /// What surfaces reflect of a place of a lamp, for the color of which `radiance` is known, without the share that the rays of lobes
 /// find. These see no lamp through bodies, so where not all light has `passed`, all of it counts.
 #[inline(never)]
-pub(super) fn without_what_rays_find<L: Lanes>(
+pub(super) fn mis_weighted<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     light: &Light<L::Real>,
@@ -42,10 +42,10 @@ pub(super) fn without_what_rays_find<L: Lanes>(
         || {
             let Arrival { to_light, strength } = light.arrive(s, hits.surface.point, place);
             let (cosine, _) = lobes.faces(s, to_light, hits.ns.dot(to_light));
-            let density = light.density_in_the_sky(s, to_light);
-            let [own, over] = lobes.glances(s, hits.ns, to_light, -rays.dir, cosine);
-            let own = own.reflected * share(density, own.density);
-            let over = over.reflected * share(density, over.density);
+            let density = light.disc_pdf(s, to_light);
+            let [own, over] = lobes.sampled_lobes(s, hits.ns, to_light, -rays.dir, cosine);
+            let own = own.reflected * balance_heuristic(density, own.density);
+            let over = over.reflected * balance_heuristic(density, over.density);
             let all = diffuse * cosine.max(L::lit(s, 0.0)) + own + over;
             let all = if rays.kind == RayKind::Camera { all } else { limited(s, all) };
             let shared = all.times(V3::splat(s, light.color)) * strength;
@@ -63,7 +63,7 @@ pub(super) fn without_what_rays_find<L: Lanes>(
 impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Radiance of the lamps that rays of lobes see, of some lanes that hit nothing.
     #[inline(never)]
-    pub(super) fn lamps_seen(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
+    pub(super) fn distant_lights_seen(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
         L::vectorize(
             self.s,
             #[inline(always)]
@@ -76,8 +76,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                     return seen;
                 }
                 for light in self.world.lights.iter().filter(|light| is_seen::<L>(self.world, light)) {
-                    let density = light.density_in_the_sky(s, rays.dir);
-                    let part = L::select(chosen & density.gt(zero), density * share(densities, density), zero);
+                    let density = light.disc_pdf(s, rays.dir);
+                    let part =
+                        L::select(chosen & density.gt(zero), density * balance_heuristic(densities, density), zero);
                     // White scatters 1/pi of what arrives, and shows the color of the light.
                     seen = seen + V3::splat(s, light.color) * (part * L::lit(s, PI));
                 }

@@ -29,12 +29,14 @@ pub(super) fn light_from_around<L: Lanes>(
                 light = coefficients.diffuse.times(surroundings.scattered(s, hits.ns));
             }
             let Some(lobes) = lobes else { return light };
-            let [blurred, coat] =
-                [lobes.blurred, V3 { x: lobes.coat_blurred, y: lobes.coat_blurred, z: lobes.coat_blurred }];
+            let [blurred, clearcoat] = [
+                lobes.blurred,
+                V3 { x: lobes.clearcoat_blurred, y: lobes.clearcoat_blurred, z: lobes.clearcoat_blurred },
+            ];
             let here = lobes.lanes & hits.found;
             let own = seen(s, surroundings, reflect(s, rays.dir, hits.ns), lobes.roughness, blurred, here);
-            let lacquer = reflect(s, rays.dir, lobes.coat_ns);
-            let all = light + own + seen(s, surroundings, lacquer, lobes.coat_roughness, coat, here);
+            let mirrored = reflect(s, rays.dir, lobes.clearcoat_ns);
+            let all = light + own + seen(s, surroundings, mirrored, lobes.clearcoat_roughness, clearcoat, here);
             V3::select(L::mask(s, lobes.lanes), all * lobes.occlusion, light)
         },
     )

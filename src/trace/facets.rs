@@ -13,7 +13,7 @@ use super::sampling::{Choice, Sampler};
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::shading::lobes::Lobes;
-use crate::shading::microfacet::{unhidden, visible_facet};
+use crate::shading::microfacet::{smith_g1, visible_facet};
 use crate::shading::optics::{fresnel_dielectric, reflect, refract};
 
 /// How often a facet is chosen at most. Of the roughest surfaces some 0.7 of the facets are hidden.
@@ -65,7 +65,7 @@ pub(super) fn facets<L: Lanes, O: Observer<L>, V: Variant>(
                 let facet = visible_facet(s, hits.ns, to_eye, width, square);
                 let out = reflect(s, rays.dir, facet);
                 let above = out.dot(hits.ng).gt(zero) & out.dot(hits.ns).gt(zero);
-                let reflected = L::select(above, unhidden(s, hits.ns, out, width), zero);
+                let reflected = L::select(above, smith_g1(s, hits.ns, out, width), zero);
                 let (mut passed, mut open) = (zero, reflected);
                 if passes.any() {
                     let refraction = refract(s, rays.dir, facet, eta);
@@ -75,7 +75,7 @@ pub(super) fn facets<L: Lanes, O: Observer<L>, V: Variant>(
                     let mirrored = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
                     let through = V3::select(closed, refraction.dir.normalized(s), mirrored);
                     let below = through.dot(hits.ng).lt(zero) & !(refraction.total & closed);
-                    passed = L::select(below & passes, unhidden(s, hits.ns, through, width), zero);
+                    passed = L::select(below & passes, smith_g1(s, hits.ns, through, width), zero);
                     let [mirrors, lets_in] = lobes.leaving(s, reflectance);
                     let shares = (mirrors * reflected + lets_in * passed) / (mirrors + lets_in);
                     open = L::select(passes, shares, open);

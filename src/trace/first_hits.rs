@@ -63,13 +63,13 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The coefficients of what the rays have met, and how much of it is there. Bumps tilt its normals.
     #[inline(always)]
     pub(crate) fn first_coefficients(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>) -> (Coefficients<L>, L) {
-        let (s, mut coefficients, mut lacquer) = (self.s, self.coefficients(rays, hits), hits.ns);
+        let (s, mut coefficients, mut clearcoat) = (self.s, self.coefficients(rays, hits), hits.ns);
         let mut opacity = L::lit(s, 1.0);
         if V::DETAILS && self.world.effects.has_textures() {
-            apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients, &mut lacquer);
+            apply_textures(s, self.world, rays, self.cones.widths(), hits, &mut coefficients, &mut clearcoat);
         }
         if V::DETAILS && self.world.effects.has(Effect::MetallicRoughness) {
-            let lobes = lobes_of(s, self.world, rays, self.cones.widths(), lacquer, hits, &mut coefficients);
+            let lobes = lobes_of(s, self.world, rays, self.cones.widths(), clearcoat, hits, &mut coefficients);
             if let Some(lobes) = lobes {
                 opacity = L::select(L::mask(s, lobes.lanes), lobes.opacity, opacity);
             }

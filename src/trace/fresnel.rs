@@ -4,7 +4,7 @@
 //! total internal reflection, where F is 1. Surfaces without a medium behind them, opaque bodies and sheets, take the medium
 //! of the ray in front and their material behind: a varnish. Conductors take Schlick's approximation,
 //! r_s + (1 - r_s) (1 - cos theta)^5, and transmit the remaining share of r_t. Materials of layers are dielectrics with metal and
-//! lacquer, of which their lobes say how much.
+//! clearcoat, of which their lobes say how much.
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
@@ -162,13 +162,13 @@ fn at_angles_in<L: Lanes>(
         layer = L::select(mask, r_s.x.max(r_s.y).max(r_s.z), zero);
     }
     if let Some(lobes) = lobes {
-        // Metal and lacquer mirror beside the dielectric, and inside of it whatever is its roughness.
+        // Metal and clearcoat mirror beside the dielectric, and inside of it whatever is its roughness.
         let grazing = grazing(s, rays.dir, n);
         let [normal, along] = lobes.metal;
         let metal = normal + (along - normal) * grazing;
-        let lacquer = V3 { x: lobes.coat_mirror, y: lobes.coat_mirror, z: lobes.coat_mirror };
+        let clearcoat = V3 { x: lobes.clearcoat_mirror, y: lobes.clearcoat_mirror, z: lobes.clearcoat_mirror };
         let mask = L::mask(s, lobes.lanes);
-        r_s = V3::select(mask, r_s + metal + lacquer, r_s);
+        r_s = V3::select(mask, r_s + metal + clearcoat, r_s);
         // What a wide lobe reflects is its share of light from all around, and what is left passes.
         let wide = L::mask(s, lobes.wide);
         let total = bent.map_or(L::mask(s, 0), |bent| L::mask(s, bent.lanes) & bent.refraction.total);
@@ -177,8 +177,8 @@ fn at_angles_in<L: Lanes>(
         r_s = V3::select(mask & total, V3 { x: inside, y: inside, z: inside }, r_s);
         let mut mirrored = r_s;
         if lobes.apart != 0 {
-            let lacquer = L::select(L::mask(s, lobes.apart), lobes.lacquer, zero);
-            mirrored = mirrored + V3 { x: lacquer, y: lacquer, z: lacquer };
+            let clearcoat = L::select(L::mask(s, lobes.apart), lobes.clearcoat_by_rays, zero);
+            mirrored = mirrored + V3 { x: clearcoat, y: clearcoat, z: clearcoat };
         }
         // A reflection may be brighter than the index of refraction makes it.
         let V3 { x, y, z } = mirrored;

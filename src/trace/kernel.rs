@@ -8,13 +8,13 @@
 use super::attenuation::along;
 use super::batch::SamplePacket;
 use super::certificate::Certificate;
+use super::clearcoat::scatter_clearcoat;
 use super::color_bleeding::scatter_diffuse;
 use super::counts::{LaneCounts, RayCounts};
 use super::environment_light::light_from_around;
 use super::eye_media::media_at;
 use super::footprint::footprints;
 use super::hits::Hits;
-use super::lacquer::scatter_lacquer;
 use super::lighting::illuminate;
 use super::observer::Observer;
 use super::opacity::go_on;
@@ -24,7 +24,7 @@ use super::proof::{BatchProof, thresholds};
 use super::ray_cones::{RayCones, around};
 use super::ray_packet::{RayKind, RayPacket};
 use super::roulette::Roulette;
-use super::sampled_light::{light_looked_for, share_of_glow, share_of_surroundings};
+use super::sampled_light::{emission_mis_weight, environment_mis_weight, sample_direct_light};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
 use super::shadow_catcher::caught;
@@ -311,7 +311,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             };
             let background = self.bounded(if V::DETAILS { own + background } else { background });
             let background = if V::DETAILS && self.world.effects.has(Effect::GlobalIllumination) {
-                self.bounded(background + rays.weight.times(self.lamps_seen(rays, missed)))
+                self.bounded(background + rays.weight.times(self.distant_lights_seen(rays, missed)))
             } else {
                 background
             };
@@ -334,12 +334,13 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         let there;
         let mut rays = rays;
         if V::DETAILS {
-            let (widths, mut lacquer) = (self.cones.widths(), hits.ns);
+            let (widths, mut clearcoat) = (self.cones.widths(), hits.ns);
             if self.world.effects.has_textures() {
-                self.cones.tilted = apply_textures(s, self.world, rays, widths, hits, &mut coefficients, &mut lacquer);
+                self.cones.tilted =
+                    apply_textures(s, self.world, rays, widths, hits, &mut coefficients, &mut clearcoat);
             }
             if self.world.effects.has(Effect::MetallicRoughness) {
-                lobes = lobes_of(s, self.world, rays, widths, lacquer, hits, &mut coefficients);
+                lobes = lobes_of(s, self.world, rays, widths, clearcoat, hits, &mut coefficients);
             }
             if let Some(lobes) = &lobes
                 && self.world.effects.has(Effect::Opacity)
@@ -373,7 +374,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                     && let Some(emitters) = &self.world.emitters
                 {
                     let densities = self.cones.densities();
-                    emission = emission * share_of_glow(s, self.world, emitters, rays, hits, densities);
+                    emission = emission * emission_mis_weight(s, self.world, emitters, rays, hits, densities);
                 }
                 own = own + rays.weight.times(emission);
             }
@@ -385,7 +386,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = own + rays.weight.times(light);
             }
             if self.world.effects.has(Effect::GlobalIllumination) {
-                own = own + light_looked_for(self, rays, hits, &coefficients, lobes.as_ref());
+                own = own + sample_direct_light(self, rays, hits, &coefficients, lobes.as_ref());
             }
         }
         let lobes = lobes.as_ref();
@@ -399,7 +400,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             if let Some(lobes) = lobes
                 && (traced || lobes.apart != 0)
             {
-                scatter_lacquer(self, rays, hits, lobes, number);
+                scatter_clearcoat(self, rays, hits, lobes, number);
             }
         }
         let reflected = scatter(self, rays, hits, &coefficients, lobes, number);
@@ -444,7 +445,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 && let Some(bright) = &self.world.bright_directions
             {
                 let densities = self.cones.densities();
-                return seen * share_of_surroundings(self.s, bright, rays.dir, densities, missed);
+                return seen * environment_mis_weight(self.s, bright, rays.dir, densities, missed);
             }
             return seen;
         }

@@ -1,6 +1,7 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
 use super::colored_shadows::left_by_bodies;
+use super::distant_lights::{is_seen, mis_weighted};
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
@@ -8,7 +9,6 @@ use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
-use super::soft_lamps::{is_seen, without_what_rays_find};
 use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
@@ -160,16 +160,8 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             && let Some(lobes) = lobes
             && is_seen::<L>(world, light)
         {
-            radiance = without_what_rays_find(
-                s,
-                world,
-                light,
-                &place,
-                rays,
-                hits,
-                [coefficients.diffuse, radiance, passed],
-                lobes,
-            );
+            radiance =
+                mis_weighted(s, world, light, &place, rays, hits, [coefficients.diffuse, radiance, passed], lobes);
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         sum.add(s, lit.bits(), radiance);

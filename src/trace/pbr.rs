@@ -12,14 +12,14 @@ use crate::shading::material::Coefficients;
 use crate::shading::pbr::{NUMBERS, Parameters};
 
 /// The lobes under the rays, none if no ray has hit such a material; the coefficients take over what they say. `widths` are
-/// those of the cones at the hits, and `lacquer` are the normals of lacquer.
+/// those of the cones at the hits, and `clearcoat` are the normals of clearcoat.
 #[inline(never)]
 pub(super) fn lobes_of<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     rays: &RayPacket<L>,
     widths: L,
-    lacquer: V3<L>,
+    clearcoat: V3<L>,
     hits: &Hits<L>,
     coefficients: &mut Coefficients<L>,
 ) -> Option<Lobes<L>> {
@@ -38,14 +38,14 @@ pub(super) fn lobes_of<L: Lanes>(
             }
             let parameters = Parameters::of_numbers(numbers);
             let traced = world.effects.has(Effect::GlobalIllumination);
-            let (mut apart, mut coat_ns) = (0, hits.ns);
+            let (mut apart, mut clearcoat_ns) = (0, hits.ns);
             if world.effects.has(Effect::NormalMapping) {
-                // Within a body its surface alone says what stays inside: total reflection loses nothing to lacquer that leans.
+                // Within a body its surface alone says what stays inside: total reflection loses nothing to clearcoat that leans.
                 let inside = hits.closed & hits.transmissive & !hits.entering;
-                apart = !lacquer.eq(hits.ns).bits() & lanes & !inside;
-                coat_ns = V3::select(L::mask(s, apart), lacquer, hits.ns);
+                apart = !clearcoat.eq(hits.ns).bits() & lanes & !inside;
+                clearcoat_ns = V3::select(L::mask(s, apart), clearcoat, hits.ns);
             }
-            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, coat_ns, apart, traced);
+            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, clearcoat_ns, apart, traced);
             let mask = L::mask(s, lanes);
             let c = coefficients;
             c.ambient = V3::select(mask, lobes.ambient, c.ambient);

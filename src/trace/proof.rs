@@ -23,7 +23,7 @@ use crate::trace::variants::Variant;
 /// tau: w U below which rays are deferred at first, for a pixel that may be 0, 1 or 2 codes off. With these numbers and the
 /// next ones the scenes of the repository take the fewest rays.
 const FIRST_THRESHOLD: [f64; 3] = [1e-3, 1e-2, 2e-2];
-/// A ceiling so high overstates what most rays bring, as that of highlights on lacquer and glass does: in the end nearly all are
+/// A ceiling so high overstates what most rays bring, as that of highlights on clearcoat and glass does: in the end nearly all are
 /// followed. Then they are at once, down to this share of tau.
 const LOOSE: f64 = 32.0;
 const LEAST_OF_FIRST: f64 = 0.1;

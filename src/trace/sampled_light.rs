@@ -40,13 +40,13 @@ struct Chosen<L: Lanes> {
 
 /// The share of the one way to find a light of which both may find it.
 #[inline(always)]
-pub(super) fn share<L: Lanes>(density: L, other: L) -> L {
+pub(super) fn balance_heuristic<L: Lanes>(density: L, other: L) -> L {
     density / (density + other)
 }
 
 /// What surfaces send to the rays of light that is looked for, weighted as the rays are.
 #[inline(never)]
-pub(super) fn light_looked_for<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn sample_direct_light<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
@@ -141,10 +141,11 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let facing = hits.ng.dot(to_light).gt(zero) & faces;
     let lit = L::mask(s, hits.found) & facing & density.gt(zero) & density.lt(L::lit(s, f64::INFINITY));
-    let mut reflected = coefficients.diffuse * (cosine * share(density, cosine * over_pi));
+    let mut reflected = coefficients.diffuse * (cosine * balance_heuristic(density, cosine * over_pi));
     if let Some(lobes) = lobes {
-        let [own, over] = lobes.glances(s, hits.ns, to_light, -rays.dir, cosine);
-        let (own_share, over_share) = (share(density, own.density), share(density, over.density));
+        let [own, over] = lobes.sampled_lobes(s, hits.ns, to_light, -rays.dir, cosine);
+        let (own_share, over_share) =
+            (balance_heuristic(density, own.density), balance_heuristic(density, over.density));
         let all = reflected + own.reflected * own_share + over.reflected * over_share;
         reflected = V3::select(L::mask(s, lobes.lanes), all, reflected);
     }
@@ -184,7 +185,7 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
 
 /// How much rays count of the surroundings that they see, where these are looked for, too.
 #[inline(never)]
-pub(super) fn share_of_surroundings<L: Lanes>(
+pub(super) fn environment_mis_weight<L: Lanes>(
     s: L::Simd,
     bright: &BrightDirections,
     dir: V3<L>,
@@ -200,14 +201,14 @@ pub(super) fn share_of_surroundings<L: Lanes>(
             for lane in lanes_of(chosen) {
                 others[lane] = L::Real::from_f64(bright.density(dir.lane(lane).map(Real::to_f64)));
             }
-            L::select(L::mask(s, chosen), share(densities, L::load(s, &others)), L::lit(s, 1.0))
+            L::select(L::mask(s, chosen), balance_heuristic(densities, L::load(s, &others)), L::lit(s, 1.0))
         },
     )
 }
 
 /// How much rays count of the glow of what they have hit, where it is looked for, too.
 #[inline(never)]
-pub(super) fn share_of_glow<L: Lanes>(
+pub(super) fn emission_mis_weight<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     emitters: &Emitters,
@@ -240,7 +241,7 @@ pub(super) fn share_of_glow<L: Lanes>(
             // Along the surface 0/0 would be the density of what is found otherwise.
             let facing = rays.dir.dot(hits.ng).abs().max(L::lit(s, L::Real::SMALLEST));
             let others = L::load(s, &by_area) * hits.t * hits.t / facing + L::load(s, &by_angle);
-            L::select(L::mask(s, chosen), share(densities, others), L::lit(s, 1.0))
+            L::select(L::mask(s, chosen), balance_heuristic(densities, others), L::lit(s, 1.0))
         },
     )
 }

@@ -31,8 +31,8 @@ pub enum Choice {
     ColorBleeding,
     /// A point of a light, by its index.
     Light(usize),
-    /// A facet of lacquer.
-    Lacquer,
+    /// A facet of clearcoat.
+    Clearcoat,
     /// A direction of the surroundings.
     Surroundings,
     /// A point of what glows.
@@ -53,7 +53,7 @@ impl Choice {
             Self::ColorBleeding => 4,
             Self::Light(index) => 5 + index as u32,
             // Numbers that no light has.
-            Self::Lacquer => u32::MAX,
+            Self::Clearcoat => u32::MAX,
             Self::Surroundings => u32::MAX - 1,
             Self::Emitter => u32::MAX - 2,
             Self::Hidden => u32::MAX - 3,

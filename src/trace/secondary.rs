@@ -1,5 +1,6 @@
 //! r_s L_s + r_t L_t: the reflected and the transmitted ray.
 
+use super::distant_lights::CERTAIN;
 use super::facets::{Facets, facets};
 use super::footprint::curvatures;
 use super::fresnel::{AtAngles, Bent, at_angles, conductors, into_varnish};
@@ -9,13 +10,12 @@ use super::kernel::{Tracer, first, stage};
 use super::observer::{NotFollowed, Observer, Snell};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
-use super::soft_lamps::CERTAIN;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::math;
 use crate::scene::effects::Effect;
 use crate::shading::lobes::Lobes;
 use crate::shading::material::Coefficients;
-use crate::shading::microfacet::{unhidden, visible_facet};
+use crate::shading::microfacet::{smith_g1, visible_facet};
 use crate::shading::optics::{Refraction, fresnel_dielectric, reflect, refract};
 use crate::trace::variants::Variant;
 
@@ -185,7 +185,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             // Facets of an invisible surface hide nothing.
             let facets = rough & !crossing.unseen;
             active &= crossing.dir.dot(hits.ng).lt(zero).bits() | !facets;
-            let open = unhidden(s, hits.ns, crossing.dir, coefficients.alpha);
+            let open = smith_g1(s, hits.ns, crossing.dir, coefficients.alpha);
             let weight = transmitted_weight * L::select(L::mask(s, lossless), kept[1], open);
             transmitted_weight = V3::select(L::mask(s, facets), weight, transmitted_weight);
         }
@@ -223,7 +223,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             // Light that facets reflect below the surface is lost, but for those of lobes.
             let above = dir.dot(hits.ng).gt(zero).bits() & dir.dot(hits.ns).gt(zero).bits();
             active &= above | !rough;
-            let open = unhidden(s, hits.ns, dir, coefficients.alpha);
+            let open = smith_g1(s, hits.ns, dir, coefficients.alpha);
             let weight = reflected_weight * L::select(L::mask(s, lossless), kept[0], open);
             reflected_weight = V3::select(L::mask(s, rough), weight, reflected_weight);
         }
@@ -237,7 +237,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             if let Some(lobes) = lobes
                 && tracer.world.effects.has(Effect::GlobalIllumination)
             {
-                let density = lobes.likely(s, hits.ns, dir, -rays.dir);
+                let density = lobes.pdf(s, hits.ns, dir, -rays.dir);
                 let density = L::select(L::mask(s, rough), density, L::lit(s, CERTAIN));
                 tracer.cones.chosen(L::select(L::mask(s, lobes.lanes), density, zero));
             }

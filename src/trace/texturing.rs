@@ -22,7 +22,7 @@ const GRAZING: f64 = 1e-3;
 /// Cosine that replaces that of slopes which face away from the ray.
 const EDGE_ON: f64 = 1e-3;
 
-/// Applies textures to the coefficients and bumps to the shading normals, and those of lacquer to `lacquer`, its normals; `widths`
+/// Applies textures to the coefficients and bumps to the shading normals, and those of clearcoat to `clearcoat`, its normals; `widths`
 /// are those of the cones at the hits. Returns the lanes whose shading normals are tilted.
 #[inline(never)]
 pub(super) fn apply_textures<L: Lanes>(
@@ -32,12 +32,12 @@ pub(super) fn apply_textures<L: Lanes>(
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
-    lacquer: &mut V3<L>,
+    clearcoat: &mut V3<L>,
 ) -> u32 {
     L::vectorize(
         s,
         #[inline(always)]
-        || apply_in(s, world, rays, widths, hits, coefficients, lacquer),
+        || apply_in(s, world, rays, widths, hits, coefficients, clearcoat),
     )
 }
 
@@ -49,13 +49,13 @@ fn apply_in<L: Lanes>(
     widths: L,
     hits: &mut Hits<L>,
     coefficients: &mut Coefficients<L>,
-    lacquer: &mut V3<L>,
+    clearcoat: &mut V3<L>,
 ) -> u32 {
     let (mut tilted, mut textured) = (0, false);
     let seen = Seen::new(rays.dir, hits, widths);
     let (mut ambient, mut diffuse) = (Columns::of(coefficients.ambient), Columns::of(coefficients.diffuse));
     let mut normals = Columns::of(hits.ns);
-    let mut normals_of_lacquer: Option<Columns> = None;
+    let mut normals_of_clearcoat: Option<Columns> = None;
     let mut left = hits.found;
     while left != 0 {
         let lane = left.trailing_zeros() as usize;
@@ -83,10 +83,10 @@ fn apply_in<L: Lanes>(
                 ambient.put(s, first, mask, pattern.at(s, &lookup));
             }
             let outside = L::Double::mask(s, hits.entering >> first);
-            if let Some(bump) = &textures.lacquer {
-                let normals = match &mut normals_of_lacquer {
+            if let Some(bump) = &textures.clearcoat {
+                let normals = match &mut normals_of_clearcoat {
                     Some(normals) => normals,
-                    none => none.insert(Columns::of(*lacquer)),
+                    none => none.insert(Columns::of(*clearcoat)),
                 };
                 let (normal, changed) = seen.tilt(s, bump, &owner, &lookup, normals.part(s, first), outside);
                 normals.put(s, first, mask & changed, normal);
@@ -104,8 +104,8 @@ fn apply_in<L: Lanes>(
     if tilted != 0 {
         hits.ns = normals.lanes(s);
     }
-    if let Some(normals) = &normals_of_lacquer {
-        *lacquer = normals.lanes(s);
+    if let Some(normals) = &normals_of_clearcoat {
+        *clearcoat = normals.lanes(s);
     }
     tilted
 }

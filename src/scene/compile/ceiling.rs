@@ -177,7 +177,7 @@ fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
     let name = description.materials.get_index(m).map(|(name, _)| name);
     let mut adds = wide(material.emission);
     if material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit) {
-        // A sample of it may be where the surface and what is below it both reflect most. Lacquer leaves to them what it does not.
+        // A sample of it may be where the surface and what is below it both reflect most. Clearcoat leaves to them what it does not.
         adds += wide(world.ambient) + around(world) + looked_for(world) * 2.0;
         for (light, strength) in world.lights.iter().zip(irradiance) {
             adds += wide(light.color) * strength[m] * BRIGHTEST;
@@ -235,7 +235,7 @@ fn background<R: Real>(world: &World<R>) -> Rgb {
         most = most.max(wide(behind));
     }
     if world.rules.traces_light() {
-        most += world.lights.iter().filter_map(Light::brightest_in_the_sky).map(Rgb::from_array).sum::<Rgb>();
+        most += world.lights.iter().filter_map(Light::disc_radiance).map(Rgb::from_array).sum::<Rgb>();
     }
     most
 }

@@ -11,7 +11,7 @@ use crate::scene::description::{
 };
 use crate::scene::picture_decoding::Meaning;
 use crate::scene::pictures::{Pictures, alpha_of, number_of};
-use crate::shading::lobes::{LACQUER, MIRROR};
+use crate::shading::lobes::{CLEARCOAT, MIRROR};
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::pbr::{Channel, Opacity, Pbr, Texel};
 use crate::shading::texture::bump::BumpMap;
@@ -64,7 +64,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         catches_shadows: false,
         edge_fade: 0.0,
     };
-    let [bump, lacquer] = described.normals().map(|(_, normals)| {
+    let [bump, clearcoat] = described.normals().map(|(_, normals)| {
         let normals = normals.filter(|normals| normals.factor != 0.0 && !pbr.unlit)?;
         let picture = album.picture(normals, Meaning::Normal);
         let flat = matches!(picture.mipmap.uniform(), Some([x, y, _]) if x == 0.0 && y == 0.0);
@@ -73,8 +73,8 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
     });
     pbr.pictures = album.kept.into_iter().map(|(_, picture)| picture).collect();
     let most = Most::of(&pbr);
-    let lacquer = lacquer.filter(|_| most.most(&pbr.clearcoat) > 0.0);
-    let textures = Textures { bump, lacquer, ..Textures::default() };
+    let clearcoat = clearcoat.filter(|_| most.most(&pbr.clearcoat) > 0.0);
+    let textures = Textures { bump, clearcoat, ..Textures::default() };
     let textures = (!textures.is_plain()).then(|| Box::new(textures));
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
     let (mirrors, passing) = (most.mirrors(&pbr) || (traced && !pbr.unlit), most.passing(&pbr));
@@ -247,11 +247,11 @@ impl<'a> Most<'a> {
         self.base * ((1.0 - self.least(&pbr.metallic)) * (1.0 - self.least(&pbr.transmission)))
     }
 
-    /// Whether a mirror ray may be followed: the surface or the lacquer is smooth somewhere.
+    /// Whether a mirror ray may be followed: the surface or the clearcoat is smooth somewhere.
     fn mirrors(&self, pbr: &Pbr) -> bool {
         let smooth = self.least(&pbr.roughness) <= MIRROR - 0.5 * MIRROR * self.least(&pbr.metallic);
-        let lacquered = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) < LACQUER[1];
-        !pbr.unlit && (smooth || lacquered)
+        let clearcoated = self.most(&pbr.clearcoat) > 0.0 && self.least(&pbr.clearcoat_roughness) < CLEARCOAT[1];
+        !pbr.unlit && (smooth || clearcoated)
     }
 
     /// The mean of what passes. It is what shadow rays keep at one crossing, and 0 only where nothing passes anywhere.

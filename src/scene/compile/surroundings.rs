@@ -43,8 +43,8 @@ fn roughnesses<R>(materials: &[Material<R>]) -> Vec<RangeInclusive<f64>> {
     let lit =
         materials.iter().filter_map(|material| material.pbr.as_ref()).filter(|pbr| !pbr.unlit && !pbr.catches_shadows);
     lit.flat_map(|pbr| {
-        let lacquer = (pbr.clearcoat.factor > 0.0).then(|| of(&pbr.clearcoat_roughness));
-        [of(&pbr.roughness)].into_iter().chain(lacquer)
+        let clearcoat = (pbr.clearcoat.factor > 0.0).then(|| of(&pbr.clearcoat_roughness));
+        [of(&pbr.roughness)].into_iter().chain(clearcoat)
     })
     .collect()
 }

@@ -31,7 +31,7 @@ pub(super) fn textures<R: Real>(
         diffuse: of_diffuse,
         own_ambient: ambient.is_some(),
         bump: bump(material, pictures),
-        lacquer: None,
+        clearcoat: None,
     };
     (ambient, diffuse, (!textures.is_plain()).then(|| Box::new(textures)))
 }

@@ -17,14 +17,14 @@ pub struct Textures {
     pub own_ambient: bool,
     /// Bumps.
     pub bump: Option<BumpMap>,
-    /// Those of the lacquer over it.
-    pub lacquer: Option<BumpMap>,
+    /// Those of the clearcoat over it.
+    pub clearcoat: Option<BumpMap>,
 }
 
 impl Textures {
     /// Whether there is none.
     pub fn is_plain(&self) -> bool {
-        self.ambient.is_none() && self.diffuse.is_none() && self.bump.is_none() && self.lacquer.is_none()
+        self.ambient.is_none() && self.diffuse.is_none() && self.bump.is_none() && self.clearcoat.is_none()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Lacquer with normals of its own, and lacquer over a surface with bumps: two surfaces, each with its own light and mirror.
+//! Clearcoat with normals of its own, and clearcoat over a surface with bumps: two surfaces, each with its own light and mirror.
 
 use super::textures::url;
 use super::{picture, pixels, problems, scene};
@@ -27,8 +27,8 @@ fn wall(normal: DVec3) -> Value {
     } }])
 }
 
-/// A material that is black but for its lacquer, with more keys.
-fn lacquer(roughness: f64, more: Value) -> Value {
+/// A material that is black but for its clearcoat, with more keys.
+fn clearcoat(roughness: f64, more: Value) -> Value {
     let mut pbr = json!({
         "base_color": 0, "metallic": 0, "specular": 0, "clearcoat": 1, "clearcoat_roughness": roughness
     });
@@ -61,7 +61,7 @@ fn mirrored(view: DVec3, normal: DVec3) -> DVec3 {
     normal * (2.0 * view.dot(normal)) - view
 }
 
-/// What lacquer reflects at an angle: Schlick's law.
+/// What clearcoat reflects at an angle: Schlick's law.
 fn share(cosine: f64) -> f64 {
     0.04 + 0.96 * (1.0 - cosine).powi(5)
 }
@@ -79,7 +79,7 @@ fn alike(a: [f64; 3], b: [f64; 3], off: f64, what: &str) {
 const TILTS: [[u8; 3]; 3] = [[170, 100, 230], [128, 160, 250], [90, 128, 230]];
 
 #[test]
-fn lacquer_that_leans_mirrors_where_its_normal_says() {
+fn clearcoat_that_leans_mirrors_where_its_normal_says() {
     for codes in TILTS {
         let (map, normal) = normals(codes);
         for (degrees, precision) in [(0.0, "single"), (20.0, "double"), (35.0, "single")] {
@@ -92,7 +92,7 @@ fn lacquer_that_leans_mirrors_where_its_normal_says() {
                 objects.as_array_mut().unwrap().push(lamp);
                 objects
             };
-            let material = lacquer(0.0, json!({ "clearcoat_normal": map.clone() }));
+            let material = clearcoat(0.0, json!({ "clearcoat_normal": map.clone() }));
             let there = value(&seen(view, material.clone(), with_lamp(to_lamp), json!({})), precision);
             alike(there, [share(view.dot(normal)); 3], 1e-5, "the lamp");
             let beside = with_lamp(mirrored(view, DVec3::Z));
@@ -103,7 +103,7 @@ fn lacquer_that_leans_mirrors_where_its_normal_says() {
 
 /// Highlights, mirrors and blurred surroundings, fast and faithful.
 #[test]
-fn lacquer_that_leans_looks_as_a_plane_that_does() {
+fn clearcoat_that_leans_looks_as_a_plane_that_does() {
     let studio = || json!({ "studio": {}, "light": "fast" });
     for codes in TILTS {
         let (map, normal) = normals(codes);
@@ -122,9 +122,9 @@ fn lacquer_that_leans_looks_as_a_plane_that_does() {
                 (0.0, faithful, "faithful"),
             ] {
                 for precision in ["single", "double"] {
-                    let leans = lacquer(roughness, json!({ "clearcoat_normal": map.clone() }));
+                    let leans = clearcoat(roughness, json!({ "clearcoat_normal": map.clone() }));
                     let leans = value(&seen(view, leans, wall(DVec3::Z), around.clone()), precision);
-                    let even = seen(view, lacquer(roughness, json!({})), wall(normal), around.clone());
+                    let even = seen(view, clearcoat(roughness, json!({})), wall(normal), around.clone());
                     alike(
                         leans,
                         value(&even, precision),
@@ -137,10 +137,10 @@ fn lacquer_that_leans_looks_as_a_plane_that_does() {
     }
 }
 
-/// The specification: where lacquer has no normals of its own it is even, whatever those of the surface below are.
+/// The specification: where clearcoat has no normals of its own it is even, whatever those of the surface below are.
 #[test]
-fn lacquer_over_bumps_is_even() {
-    // The surface turns away from the light, which the lacquer faces.
+fn clearcoat_over_bumps_is_even() {
+    // The surface turns away from the light, which the clearcoat faces.
     let (bumps, tilt) = normals([30, 128, 190]);
     let view = DVec3::new(-0.3, 0.0, 0.9).normalize();
     let from = mirrored(view, DVec3::new(0.4, 0.1, 1.0).normalize());
@@ -152,7 +152,7 @@ fn lacquer_over_bumps_is_even() {
     ] {
         for precision in ["single", "double"] {
             let seen =
-                |more: Value| value(&seen(view, lacquer(roughness, more), wall(DVec3::Z), around.clone()), precision);
+                |more: Value| value(&seen(view, clearcoat(roughness, more), wall(DVec3::Z), around.clone()), precision);
             let even = seen(json!({}));
             assert!(even[0] > 0.001, "{even:?}");
             alike(seen(json!({ "normal": bumps.clone() })), even, 1e-6, "over bumps");
@@ -160,34 +160,34 @@ fn lacquer_over_bumps_is_even() {
     }
 }
 
-/// Each mirrors by its own ray, and below there is what the lacquer leaves.
+/// Each mirrors by its own ray, and below there is what the clearcoat leaves.
 #[test]
-fn surface_and_lacquer_mirror_apart() {
+fn surface_and_clearcoat_mirror_apart() {
     let (bumps, tilt) = normals([190, 100, 220]);
     let view = view(20.0);
     let sky = json!({ "environment": { "sky": {} } });
     let glossy = json!({ "specular": 1, "roughness": 0, "ior": 2 });
     let bare = |more: Value| {
-        let mut material = lacquer(0.0, glossy.clone());
+        let mut material = clearcoat(0.0, glossy.clone());
         material["pbr"]["clearcoat"] = json!(0);
         material["pbr"].as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         material
     };
     for precision in ["single", "double"] {
         let of = |material: Value| value(&seen(view, material, wall(DVec3::Z), sky.clone()), precision);
-        let (below, above) = (of(bare(json!({ "normal": bumps.clone() }))), of(lacquer(0.0, json!({}))));
+        let (below, above) = (of(bare(json!({ "normal": bumps.clone() }))), of(clearcoat(0.0, json!({}))));
         let mut both = glossy.clone();
         both["normal"] = bumps.clone();
         let left = 1.0 - share(view.z);
         let expected = std::array::from_fn(|c| above[c] + left * below[c]);
-        alike(of(lacquer(0.0, both)), expected, 1e-6, "bumps below");
+        alike(of(clearcoat(0.0, both)), expected, 1e-6, "bumps below");
         // And the other way round.
         let mut both = glossy.clone();
         both["clearcoat_normal"] = bumps.clone();
-        let above = value(&seen(view, lacquer(0.0, json!({})), wall(tilt), sky.clone()), precision);
+        let above = value(&seen(view, clearcoat(0.0, json!({})), wall(tilt), sky.clone()), precision);
         let (left, below) = (1.0 - share(view.dot(tilt)), of(bare(json!({}))));
         let expected = std::array::from_fn(|c| above[c] + left * below[c]);
-        alike(of(lacquer(0.0, both)), expected, 1e-5, "bumps above");
+        alike(of(clearcoat(0.0, both)), expected, 1e-5, "bumps above");
     }
 }
 
@@ -197,7 +197,7 @@ fn the_same_normals_need_one_ray() {
     let (map, _) = normals([190, 100, 220]);
     let sky = json!({ "environment": { "sky": {} } });
     let rays = |more: Value| {
-        let material = lacquer(0.0, more);
+        let material = clearcoat(0.0, more);
         let scene = scene(seen(view(10.0), material, wall(DVec3::Z), sky.clone()), "single");
         picture(&scene).rays.reflected
     };
@@ -221,14 +221,14 @@ fn cube() -> Value {
     json!([{ "mesh": { "vertices": vertices, "uvs": uvs, "faces": faces, "material": "it" } }])
 }
 
-/// Of total reflection inside of a body nothing is lost to lacquer that leans, nor to its mirror rays.
+/// Of total reflection inside of a body nothing is lost to clearcoat that leans, nor to its mirror rays.
 #[test]
-fn glass_reflects_totally_below_lacquer_that_leans() {
-    // Seen from inside at 60 degrees, where lacquer that leans by 60 degrees would be seen edge on.
+fn glass_reflects_totally_below_clearcoat_that_leans() {
+    // Seen from inside at 60 degrees, where clearcoat that leans by 60 degrees would be seen edge on.
     let (map, _) = normals([20, 128, 190]);
     let glass = json!({ "metallic": 0, "roughness": 0, "specular": 1, "base_color": 1, "transmission": 1, "ior": 1.5 });
     let of = |eye: DVec3, towards: DVec3, precision: &str, fidelity: &str, leans: bool| {
-        let mut material = lacquer(0.0, glass.clone());
+        let mut material = clearcoat(0.0, glass.clone());
         if leans {
             material["pbr"]["clearcoat_normal"] = map.clone();
         }
@@ -259,7 +259,7 @@ fn glass_reflects_totally_below_lacquer_that_leans() {
 
 /// A cube with bumps of both kinds: its trees are its picture, whatever a packet holds beside them.
 #[test]
-fn trees_are_pictures_of_lacquer_that_leans() {
+fn trees_are_pictures_of_clearcoat_that_leans() {
     let bumps = |x: u32| {
         let wave = |i: u32| (100 + 7 * (i * x % 8)) as u8;
         json!({ "image": url(RgbImage::from_fn(16, 16, |i, j| Rgb([wave(i), wave(j), 220]))) })
@@ -270,7 +270,7 @@ fn trees_are_pictures_of_lacquer_that_leans() {
     let around =
         json!({ "environment": { "sky": {}, "light": "fast" }, "lights": light(DVec3::new(0.3, 0.5, 0.8))["lights"] });
     for precision in ["single", "double"] {
-        let mut description = seen(view(15.0), lacquer(0.02, more.clone()), cube(), around.clone());
+        let mut description = seen(view(15.0), clearcoat(0.02, more.clone()), cube(), around.clone());
         description["image"] = json!({ "width": 12, "height": 9 });
         description["camera"]["orthographic"]["height"] = json!(3);
         let scene = scene(description, precision);
@@ -282,10 +282,10 @@ fn trees_are_pictures_of_lacquer_that_leans() {
     }
 }
 
-/// Two walls that mirror each other, with a ray for the surface and one for its lacquer at each: what a proof leaves out of both is
+/// Two walls that mirror each other, with a ray for the surface and one for its clearcoat at each: what a proof leaves out of both is
 /// within its codes, and a picture without the rays that a depth cuts off says so.
 #[test]
-fn proofs_hold_for_lacquer_that_leans() {
+fn proofs_hold_for_clearcoat_that_leans() {
     let wavy = |x: u32| {
         let wave = |i: u32| (108 + 5 * (i * x % 8)) as u8;
         json!({ "image": url(RgbImage::from_fn(16, 16, |i, j| Rgb([wave(i), wave(j), 240]))) })
@@ -302,7 +302,7 @@ fn proofs_hold_for_lacquer_that_leans() {
     let between = json!([wall(-2.0, [0, 1, 2], [0, 2, 3]), wall(2.0, [2, 1, 0], [3, 2, 0])]);
     let rendered = |precision: &str, render: Value| {
         let around = json!({ "environment": { "sky": {}, "light": "fast" }, "lights": light(DVec3::new(0.3, 0.5, 0.8))["lights"] });
-        let mut description = seen(DVec3::Z, lacquer(0.0, more.clone()), between.clone(), around);
+        let mut description = seen(DVec3::Z, clearcoat(0.0, more.clone()), between.clone(), around);
         description["image"] = json!({ "width": 16, "height": 12 });
         description["camera"] = json!({ "pinhole": { "eye": [0, 0.3, 1], "look_at": [3, 0, -1], "vfov_deg": 60 } });
         description["render"] = render;
@@ -327,7 +327,7 @@ fn proofs_hold_for_lacquer_that_leans() {
 #[test]
 fn what_is_written_wrong_is_said_with_its_place() {
     let with = |map: Value| {
-        problems(&seen(DVec3::Z, lacquer(0.0, json!({ "clearcoat_normal": map })), wall(DVec3::Z), json!({})))
+        problems(&seen(DVec3::Z, clearcoat(0.0, json!({ "clearcoat_normal": map })), wall(DVec3::Z), json!({})))
     };
     let (map, _) = normals(TILTS[0]);
     assert_eq!(with(map.clone()), [""; 0]);

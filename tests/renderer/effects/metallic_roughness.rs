@@ -49,7 +49,7 @@ impl Plain {
     }
 
     /// pi times the BRDF times the cosine of the light, on the plane z = 0. Where facets reflect `share` of white light without
-    /// absorbing any, they pass the rest on to each other, and F0 of it gets on (Fdez-Agüera 2019). Those of lacquer reflect
+    /// absorbing any, they pass the rest on to each other, and F0 of it gets on (Fdez-Agüera 2019). Those of clearcoat reflect
     /// `share_of_coat`, and all of the rest gets on.
     fn reflected(&self, light: V, view: V) -> V {
         let share = share_of(self.roughness, view);
@@ -62,14 +62,14 @@ impl Plain {
         let fresnel = f0.map(|f0| f0 + (self.specular - f0) * grazing);
         let most = fresnel.iter().copied().fold(0.0, f64::max);
         let coat = self.coat[0] * (0.04 + 0.96 * (1.0 - view[2]).powi(5));
-        let lacquer = ggx(self.coat[1], light[2], view[2], half[2]);
+        let clearcoat = ggx(self.coat[1], light[2], view[2], half[2]);
         std::array::from_fn(|c| {
             let base = self.base[c];
             let more = |f0: f64| 1.0 + f0 * (1.0 / share - 1.0);
             let dielectric = base / PI * (1.0 - most) + specular * more(f0[c]) * fresnel[c];
             let metal = specular * more(base) * (base + (1.0 - base) * grazing);
             let below = dielectric * (1.0 - self.metallic) + metal * self.metallic;
-            PI * light[2] * (below * (1.0 - coat) + lacquer / share_of_coat * coat)
+            PI * light[2] * (below * (1.0 - coat) + clearcoat / share_of_coat * coat)
         })
     }
 }
@@ -220,9 +220,9 @@ fn bright_colors_of_reflections_mirror_as_metals_do() {
     }
 }
 
-/// Between a mirror and blurred surroundings lacquer fades, and switches nowhere.
+/// Between a mirror and blurred surroundings clearcoat fades, and switches nowhere.
 #[test]
-fn lacquer_fades_from_mirror_to_blur() {
+fn clearcoat_fades_from_mirror_to_blur() {
     let mirrored = |roughness: f64| {
         let material = Plain { base: [0.0; 3], specular: 0.0, coat: [1.0, roughness], ..PLAIN };
         let view = [0.0, 0.0, 1.0];

@@ -9,6 +9,7 @@ mod checkers;
 mod clearcoat;
 mod combined;
 mod convergence;
+mod distant_lights;
 mod emission;
 mod environment;
 mod environment_light;
@@ -21,7 +22,6 @@ mod motion;
 mod panes;
 mod roulette;
 mod shadow_catcher;
-mod sky_discs;
 mod textures;
 
 use serde_json::{Value, json};

@@ -151,7 +151,7 @@ fn options_of_mtl_move_and_repeat_a_picture() {
 
 /// Without a warning, with its strength, and told apart from the normals of the surface.
 #[test]
-fn lacquer_has_the_normals_of_its_own_picture() {
+fn clearcoat_has_the_normals_of_its_own_picture() {
     let model = square("", "image/png", &png(&RgbaImage::from_pixel(2, 2, image::Rgba([190, 100, 220, 255]))));
     let coated = |normals: &str| {
         let coat = format!(r#""KHR_materials_clearcoat": {{"clearcoatFactor": 1{normals}}}"#);

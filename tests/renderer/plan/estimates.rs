@@ -118,6 +118,30 @@ fn a_number_of_rays_or_a_time_ends_what_is_expected() {
     assert!(short.ms <= 1.0 && short.ms < 0.1 * long.ms && short.rays < long.rays / 10, "{short:?} {long:?}");
 }
 
+/// Each ray of this meets 2^31 balls, so not even one ends. It had been said to take 5 ms.
+#[test]
+fn a_picture_takes_at_least_as_long_as_a_pilot_that_finishes_nothing() {
+    let mut definitions =
+        json!({ "level 0": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "grey" } }] });
+    for level in 1..32 {
+        let half = |x: f64| json!({ "instance": { "of": format!("level {}", level - 1), "transform": { "translate": [x, 0, 0] } } });
+        let shift = 0.01 * f64::from(level);
+        definitions[format!("level {level}")] = json!([half(shift), half(-shift)]);
+    }
+    let scene = json!({
+        "version": 1, "image": { "width": 48, "height": 32 },
+        "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0.5, 0] } },
+        "materials": { "grey": { "diffuse": 0.5 } }, "definitions": definitions,
+        "objects": [{ "instance": { "of": "level 31" } }]
+    });
+    let mut loaded = load(&serde_json::to_vec(&scene).unwrap(), Format::Json, &Overrides::default()).unwrap();
+    let mut plan = Plan::new(&mut loaded.description, &loaded.scene);
+    let region = Region::whole(loaded.scene.width, loaded.scene.height);
+    plan.estimate(&loaded.scene, region, &Control::default(), Effort::QUICK).unwrap();
+    let estimate = plan.estimate.unwrap();
+    assert!(estimate.at_least && estimate.ms_ci[0] > 1e3 && estimate.ms >= estimate.ms_ci[0], "{estimate:?}");
+}
+
 /// One pixel of this takes minutes.
 #[test]
 fn a_pilot_that_cannot_finish_a_block_says_at_least_what() {

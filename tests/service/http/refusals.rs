@@ -352,7 +352,7 @@ fn settings_and_lists_of_bodies_are_bounded() {
         ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": [{long}]}}"#)),
         ("/v1/compare", format!(r#"{{"a": {{"scene": {BALL}, "settings": {long}}}, "b": {{"scene": {BALL}}}}}"#)),
     ] {
-        let problem = service.post_json(path, &body).problem(400, "invalid-request").to_string();
+        let problem = service.post_json(path, &body).problem(422, "invalid-request").to_string();
         assert!(problem.contains("at most 65536 bytes"), "{path}: {problem}");
     }
     let labels = format!(r#"{{"scene": {BALL}, "labels": [{}"z"]}}"#, r#""a","#.repeat(100_000));

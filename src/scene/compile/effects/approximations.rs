@@ -8,7 +8,7 @@ use crate::lanes::Real;
 use crate::scene::description::Pbr;
 use crate::scene::effects::MAX_POINTERS;
 use crate::scene::problem::push_token;
-use crate::shading::lobes::{LACQUER, MIRROR, NARROWEST};
+use crate::shading::lobes::{CLEARCOAT, MIRROR, NARROWEST};
 use crate::words::list;
 
 /// Codes that one mirror ray is off by roughness, of metals and of what is none.
@@ -57,7 +57,7 @@ fn by_rays(pbr: &Pbr) -> String {
         Some(_) => "rays by GGX facets of the roughness in the picture".to_owned(),
     });
     if pbr.clearcoat.factor() > 0.0 {
-        parts.push("rays of its own for the lacquer".to_owned());
+        parts.push("rays of its own for the clearcoat".to_owned());
     }
     list(parts.into_iter(), "and")
 }
@@ -91,9 +91,9 @@ fn how(pbr: &Pbr, lit_by_surroundings: bool) -> String {
         parts.push("light that passes is not spread".to_owned());
     }
     let leans = pbr.normal != pbr.clearcoat_normal;
-    let mirrors = pbr.clearcoat_roughness.textured().is_some() || pbr.clearcoat_roughness.factor() < LACQUER[1];
+    let mirrors = pbr.clearcoat_roughness.textured().is_some() || pbr.clearcoat_roughness.factor() < CLEARCOAT[1];
     if leans && mirrors && pbr.clearcoat.factor() > 0.0 {
-        parts.push("mirror rays of its own for the lacquer".to_owned());
+        parts.push("mirror rays of its own for the clearcoat".to_owned());
     }
     list(parts.into_iter(), "and")
 }

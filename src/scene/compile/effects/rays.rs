@@ -74,11 +74,11 @@ fn asked(material: &d::Material, asks: impl Fn(&d::Pbr) -> bool) -> Option<&'sta
     material.pbr.as_deref().filter(|pbr| asks(pbr)).map(|_| "pbr")
 }
 
-/// Whether the surface or its lacquer may be smooth enough for a mirror ray.
+/// Whether the surface or its clearcoat may be smooth enough for a mirror ray.
 fn mirrors(pbr: &d::Pbr) -> bool {
     let smooth = |roughness: &d::Channel<f64>| roughness.textured().is_some() || roughness.factor() <= MIRROR;
-    let lacquered = pbr.clearcoat.factor() > 0.0 && smooth(&pbr.clearcoat_roughness);
-    !pbr.unlit && (smooth(&pbr.roughness) || lacquered)
+    let clearcoated = pbr.clearcoat.factor() > 0.0 && smooth(&pbr.clearcoat_roughness);
+    !pbr.unlit && (smooth(&pbr.roughness) || clearcoated)
 }
 
 fn transmits(pbr: &d::Pbr) -> bool {

@@ -172,7 +172,7 @@ fn has_pattern<R>(material: &Material<R>, test: fn(&Pattern) -> bool) -> bool {
 
 fn has_bumps<R>(material: &Material<R>, test: fn(&BumpMap) -> bool) -> bool {
     let Some(textures) = &material.textures else { return false };
-    [&textures.bump, &textures.lacquer].into_iter().flatten().any(test)
+    [&textures.bump, &textures.clearcoat].into_iter().flatten().any(test)
 }
 
 /// Checkers become the mean of their two colors.
@@ -196,7 +196,7 @@ fn forget_patterns<R>(material: &mut Material<R>, test: fn(&Pattern) -> bool) {
 
 fn forget_bumps<R>(material: &mut Material<R>, test: fn(&BumpMap) -> bool) {
     change(material, |textures| {
-        for bump in [&mut textures.bump, &mut textures.lacquer] {
+        for bump in [&mut textures.bump, &mut textures.clearcoat] {
             bump.take_if(|bump| test(bump));
         }
     });
