@@ -55,7 +55,7 @@ impl<R: Real> Crossings<R> {
 
     /// The product of the factors of each lane.
     #[inline(always)]
-    pub(super) fn product<L: Lanes<Real = R>>(mut self, s: L::Simd) -> V3<L> {
+    pub(super) fn product<L: Lanes<Real = R>>(&mut self, s: L::Simd) -> V3<L> {
         if !self.counted.is_empty() {
             return self.product_of_many(s);
         }
@@ -64,7 +64,7 @@ impl<R: Real> Crossings<R> {
             self.each.sort_by(|(_, f), (_, g)| by_size(f, g));
         }
         let mut product = V3::splat(s, [R::from_f64(1.0); 3]);
-        for (lanes, factor) in self.each {
+        for &(lanes, factor) in &self.each {
             product = V3::select(L::mask(s, lanes), product.times(V3::splat(s, factor)), product);
         }
         product
@@ -73,7 +73,7 @@ impl<R: Real> Crossings<R> {
     /// The same, with the same rounding.
     #[cold]
     #[inline(never)]
-    fn product_of_many<L: Lanes<Real = R>>(mut self, s: L::Simd) -> V3<L> {
+    fn product_of_many<L: Lanes<Real = R>>(&mut self, s: L::Simd) -> V3<L> {
         self.count();
         let one = [R::from_f64(1.0); 3];
         let mut product = [one; MAX_LANES];

@@ -356,9 +356,9 @@ fn settings_and_lists_of_bodies_are_bounded() {
         assert!(problem.contains("at most 65536 bytes"), "{path}: {problem}");
     }
     let labels = format!(r#"{{"scene": {BALL}, "labels": [{}"z"]}}"#, r#""a","#.repeat(100_000));
-    let problem = service.post_json("/v1/jobs", &labels).problem(400, "invalid-request").to_string();
+    let problem = service.post_json("/v1/jobs", &labels).problem(422, "invalid-request").to_string();
     assert!(problem.contains("at most 16 labels"), "{problem}");
     let hashes = format!(r#"{{"sha256": [{}""]}}"#, r#""","#.repeat(10_000));
-    let problem = service.post_json("/v1/assets/missing", &hashes).problem(400, "invalid-request").to_string();
+    let problem = service.post_json("/v1/assets/missing", &hashes).problem(422, "invalid-request").to_string();
     assert!(problem.contains("at most 10000 hashes"), "{problem}");
 }
