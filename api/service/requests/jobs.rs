@@ -5,7 +5,7 @@ use super::pictures::{Source, Upload, image_of};
 use crate::service::deliveries::key::{FRAME, KeyTemplate};
 use crate::service::error::Error;
 use crate::service::jobs::outbox::{Delivery, Outbox};
-use crate::service::jobs::record::{JobSpec, Record};
+use crate::service::jobs::record::{JobSpec, Record, State};
 use crate::service::jobs::{Claim, Job};
 use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
@@ -180,7 +180,9 @@ impl Service {
     fn check_assets(&self, job: &Job) -> Result<(), Error> {
         let (tenant, assets) = {
             let record = job.record();
-            let assets = if record.state.is_final() { Vec::new() } else { record.assets.clone() };
+            // It may have begun already, and failed since they are gone.
+            let needs_none = matches!(record.state, State::Succeeded | State::Canceled | State::Expired);
+            let assets = if needs_none { Vec::new() } else { record.assets.clone() };
             (record.tenant.clone(), assets)
         };
         let lacking = assets.iter().filter(|hash| !self.assets.owns(&tenant, hash));
