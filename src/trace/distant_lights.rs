@@ -1,6 +1,6 @@
-//! Lamps in the sky that are more than a point, on lobes, where light is traced. A point of the lamp finds wide lobes, and a ray of a
-//! narrow lobe finds the lamp: each counts its share of what both may find, by the balance heuristic (`sampled_light.rs`). A highlight
-//! on clearcoat would be speckled by points of the lamp alone.
+//! Directional lights with an angle, on lobes, where light is traced. A point of the disc finds wide lobes, and a ray of a narrow
+//! lobe finds the disc: each counts its share of what both may find, by the balance heuristic (`sampled_light.rs`). A highlight
+//! on a clearcoat would be speckled by points of the disc alone.
 
 use super::hits::Hits;
 use super::kernel::Tracer;
@@ -23,8 +23,8 @@ pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) 
     world.effects.has(Effect::GlobalIllumination) && world.rules.shadows.is_some() && light.sky_disc().is_some()
 }
 
-/// What surfaces reflect of a place of a lamp, for the color of which `radiance` is known, without the share that the rays of lobes
-/// find. These see no lamp through bodies, so where not all light has `passed`, all of it counts.
+/// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. These see
+/// no light through bodies, so where not all of it has `passed`, all of it counts.
 #[inline(never)]
 pub(super) fn mis_weighted<L: Lanes>(
     s: L::Simd,
@@ -61,7 +61,7 @@ pub(super) fn mis_weighted<L: Lanes>(
 }
 
 impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
-    /// Radiance of the lamps that rays of lobes see, of some lanes that hit nothing.
+    /// Radiance of the lights that rays of lobes see, of some lanes that hit nothing.
     #[inline(never)]
     pub(super) fn distant_lights_seen(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
         L::vectorize(

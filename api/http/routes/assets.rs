@@ -145,7 +145,7 @@ async fn get(
         headers.insert(header::CONTENT_LENGTH, size.into());
         return Ok(headers.into_response());
     }
-    // Whoever has the bytes may know whether this tenant has them, too.
+    // Who has not sent the bytes hears nothing of them, whatever the conditions are.
     if has_any(request.headers()) {
         app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
         match weigh(request.method(), request.headers(), Some(&etag)) {
