@@ -60,8 +60,12 @@ fn one_front_delivers_and_another_one_if_it_is_killed() {
     let silent = Receiver::start(&["", "204 No Content"]);
     let id = submit(&fronts[0], &silent, 99);
     silent.wait_for(1);
-    let sender = fronts.iter().position(|front| front.log().contains(&format!("a message is sent job=\"{id}\"")));
-    let sender = fronts.remove(sender.expect("a front says that it sends"));
+    let mut sender = None;
+    wait_until("a front says that it sends", || {
+        sender = fronts.iter().position(|front| front.log().contains(&format!("a message is sent job=\"{id}\"")));
+        sender.is_some()
+    });
+    let sender = fronts.remove(sender.unwrap());
     sender.signal("-KILL");
     drop(sender);
     wait_until_delivered(&fronts[0], &id);

@@ -168,7 +168,7 @@ fn results_that_differ_raise_an_alarm() {
     farm.broker.ask(async |broker| broker.publish(subject.clone(), bytes.into()).await.unwrap().await.unwrap());
     let node = farm.node("two");
     farm.front.wait_for_log("DETERMINISM");
-    assert!(node.log().contains("other pixels of the same tile"), "{}", node.log());
+    wait_until("the node says so, too", || node.log().contains("other pixels of the same tile"));
     assert_eq!(farm.broker.messages("FARM_DLQ"), 1);
 }
 
@@ -219,15 +219,22 @@ fn work_that_ends_five_nodes_fails_its_job_and_no_other() {
 #[test]
 fn a_slow_tile_keeps_its_lease() {
     let Some(farm) = Farm::start(&[]) else { return };
-    let begun = Ear::at(&farm.broker, "farm.b.>");
     let _nodes = ["one", "two"].map(|name| farm.node(name));
-    let began = Instant::now();
-    let id = farm.submit(DEAR_TILE, SLOW);
-    let picture = farm.picture(&id).body;
     let lease: u64 = LEASE.parse().unwrap();
-    assert!(began.elapsed() > Duration::from_secs(2 * lease), "the tile is too cheap for this test");
-    assert_eq!(begun.heard().len(), 1, "it was given to several nodes");
-    assert!(picture == alone(DEAR_TILE, SLOW));
+    // A fast machine needs a dearer one.
+    for samples in [400, 1_600, 6_400] {
+        let tile = format!(r#""settings": {{ "width": 32, "height": 32, "samples": {samples} }}"#);
+        let begun = Ear::at(&farm.broker, "farm.b.>");
+        let began = Instant::now();
+        let picture = farm.picture(&farm.submit(&tile, SLOW)).body;
+        let leases = began.elapsed().as_secs() / lease;
+        assert_eq!(begun.heard().len(), 1, "it was given to several nodes");
+        if leases >= 2 {
+            assert!(picture == alone(&tile, SLOW));
+            return;
+        }
+    }
+    panic!("all tiles are too cheap for this test");
 }
 
 /// T7: a node that stands still, and goes on when nobody needs it any more.

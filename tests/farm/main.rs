@@ -5,6 +5,7 @@
 mod accounts;
 mod assets;
 mod backends;
+mod cleanup;
 mod cluster;
 #[path = "../service/common/mod.rs"]
 #[allow(dead_code, reason = "the tests of the service use all of it")]

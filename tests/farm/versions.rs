@@ -117,6 +117,8 @@ fn a_job_whose_version_is_gone_begins_again_with_the_new_one() {
     let (mut front, node) = (farm.front(old), farm.node(old, "old"));
     let id = submit(&front, "");
     wait_until("some tiles are there", || farm.tiles(&id).values().any(|tiles| tiles.len() >= 4));
+    // The job does not end meanwhile.
+    node.signal("-STOP");
     let next = farm.front(&farm.other);
     front.signal("-KILL");
     front.ended();

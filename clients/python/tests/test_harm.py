@@ -193,12 +193,12 @@ COARSE = b'{"scale":8,"x":0,"y":0,"w":8,"h":8,"final":false}'
 
 def test_a_stream_that_is_silent_is_waited_for_as_long_as_the_client_says():
     with silent_after(b"", b"") as (url, asked), pytest.raises(strahl.Unreachable, match="timed out"):
-        list(Client(url, timeout=0.3, retries=1).stream(SCENE))
+        list(Client(url, timeout=2, retries=1).stream(SCENE))
     assert len(asked) == 1, "who gives a time wants to wait no longer for an answer"
     coarse = PARTS + part(b"application/json", COARSE) + part(b"image/png", b"coarse")
     fine = PARTS + part(b"application/json", b'{"scale":1,"final":true}') + part(b"image/png", b"fine") + part(b"application/json", b'{"report":null}')
     with silent_after(coarse, fine) as (url, asked):
-        assert [told.picture.content for told in Client(url, timeout=0.3, retries=1).stream(SCENE)] == [b"coarse", b"fine"]
+        assert [told.picture.content for told in Client(url, timeout=2, retries=1).stream(SCENE)] == [b"coarse", b"fine"]
     assert len(asked) == 2, "an answer that falls silent is asked for again"
 
 

@@ -73,8 +73,12 @@ impl Service {
     }
 
     fn try_start_command(mut program: Command, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
+        // What is slow on a slow machine is not wrong.
+        let has_own = flags.iter().any(|flag| ["--timeout", "--config"].contains(flag));
+        let patient = if has_own { &[][..] } else { &NO_TIMEOUT[..] };
         let mut child = program
             .args(["serve", "--listen", "127.0.0.1:0"])
+            .args(patient)
             .args(flags)
             .env_remove("STRAHL_LOG")
             .stderr(Stdio::piped())

@@ -258,19 +258,19 @@ fn units_left(service: &Service, key: &str) -> u64 {
     left.unwrap_or_else(|| panic!("{answer:?}"))
 }
 
-/// Starts a render and leaves before it is done.
-fn render_and_leave(service: &Service, key: &str, path: &str) {
+/// Starts a render and leaves after a time, before it is done.
+fn render_and_leave(service: &Service, key: &str, path: &str, after: Duration) {
     let headers = [("Content-Type", "application/json"), ("Authorization", key)];
     let mut client = service.connect();
     client.write_all(&request("POST", path, &headers, SLOW.as_bytes())).unwrap();
     service.wait_for(1, 0);
-    thread::sleep(Duration::from_millis(300));
+    thread::sleep(after);
 }
 
 #[test]
 fn rays_of_renders_that_were_left_are_charged() {
-    // So many that the requests themselves, one unit each, hardly count. In a second 16 come back.
-    let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 1000\n");
+    // In a second fewer come back than a slow machine takes.
+    let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 100\n");
     let key = file.key("hasty", "render");
     let service = file.serve(&NO_TIMEOUT);
     let started = Instant::now();
@@ -278,7 +278,7 @@ fn rays_of_renders_that_were_left_are_charged() {
     let mut requests = 0;
     while units_left(&service, &key) + requests + 20 > before {
         assert!(started.elapsed() < PATIENCE, "{} of {before} units are left", units_left(&service, &key));
-        render_and_leave(&service, &key, "/v1/render");
+        render_and_leave(&service, &key, "/v1/render", Duration::from_millis(300));
         service.wait_for(0, 0);
         requests += 2;
     }
@@ -296,7 +296,8 @@ fn who_began_a_render_pays_for_it_although_another_waits_for_it() {
             service.wait_for(1, 0);
             post(&service, path, &second, SLOW)
         });
-        render_and_leave(&service, &first, path);
+        // Until the other one waits, too.
+        render_and_leave(&service, &first, path, Duration::from_secs(2));
         waiting.join().unwrap()
     });
     let rays = picture.header("render-rays").split(", ").filter_map(|kind| kind.split_once('=')?.1.parse::<u64>().ok());
@@ -309,7 +310,7 @@ fn who_began_a_render_pays_for_it_although_another_waits_for_it() {
 /// A page takes the addresses of tiles from the description that its capability has opened.
 #[test]
 fn tiles_are_named_with_the_capability_that_opens_them() {
-    let file = KeyFile::new("tiles", "");
+    let file = KeyFile::new("named_tiles", "");
     let key = file.key("acme", "read,render");
     let service = file.serve(&["--public-url", "https://render.example.org/sub"]);
     let id = post(&service, "/v1/scenes", &key, BALL).json()["image_id"].as_str().unwrap().to_owned();

@@ -134,7 +134,7 @@ fn previews_come_coarse_to_fine_and_wait_for_who_asks() {
 #[test]
 fn a_preview_of_a_new_job_is_its_first_coarse_picture() {
     let service = Service::start(&[]);
-    let busy = submit(&service, &mirrors(), LONG);
+    let busy = submit(&service, &mirrors(), r#""settings": { "width": 384, "height": 384, "samples": 1 }"#);
     let id = submit(&service, &mirrors(), LONG);
     let path = format!("/v1/jobs/{id}/preview");
     let at_once = service.get(&format!("{path}?wait=0"));

@@ -56,7 +56,7 @@ fn probes_do_not_wait_for_requests() {
 
 #[test]
 fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
-    let mut service = Service::start(&["--drain-timeout", "60"]);
+    let mut service = Service::start(&["--drain-timeout", "600"]);
     // Long enough to be seen running, short enough to wait for.
     let client = service.begin("/v1/render?width=256&height=256&samples=4", SLOW);
     service.wait_for(1, 0);

@@ -12,7 +12,7 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// How long each request goes on.
-const MEANWHILE: Duration = Duration::from_secs(2);
+const MEANWHILE: Duration = Duration::from_secs(1);
 
 /// A scene's text: a picture of this size, objects, and whatever else it has.
 fn scene(size: [u32; 2], objects: Value, others: Value) -> String {

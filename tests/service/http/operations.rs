@@ -43,7 +43,7 @@ fn file(name: &str, text: &str) -> PathBuf {
 
 #[test]
 fn operators_are_answered_on_their_own_listener_until_the_end() {
-    let (mut service, admin) = with_admin(&["--drain-timeout", "60"]);
+    let (mut service, admin) = with_admin(&["--drain-timeout", "600"]);
     assert_eq!(get(admin, "/livez").status, 200);
     assert_eq!(get(admin, "/readyz").json()["status"], "ready");
     assert_eq!(get(admin, "/healthz").status, 200);

@@ -106,7 +106,7 @@ fn variations_stream_too() {
 
 #[test]
 fn what_fails_before_the_first_part_is_refused_as_ever() {
-    let service = Service::start(&["--timeout", "15"]);
+    let service = Service::start(&["--timeout", "8"]);
     let send = |path: &str, scene: &str| service.send("POST", path, &PARTS, scene.as_bytes());
     send("/v1/render", &BALL.replace("0.8", "-1")).problem(422, "invalid-scene");
     send("/v1/render?width=16000&height=4000", BALL).problem(413, "cost-limit");
@@ -132,7 +132,7 @@ fn a_client_that_goes_away_cancels_the_picture() {
 /// The head of such an answer is sent long before its end.
 #[test]
 fn a_drain_waits_for_answers_that_have_begun() {
-    let mut service = Service::start(&["--drain-timeout", "60"]);
+    let mut service = Service::start(&["--drain-timeout", "600"]);
     let mut client = service.connect();
     let path = "/v1/render?width=256&height=256&samples=4";
     client.write_all(&request("POST", path, &PARTS, SLOW.as_bytes())).unwrap();
