@@ -3,6 +3,7 @@
 //! The order of factors decides the last bit of a product, and the order of traversal depends on the other rays and on the order of
 //! the scene. So the factors are collected and multiplied in the order of their size.
 
+use crate::control;
 use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
@@ -30,7 +31,8 @@ impl<R: Real> Crossings<R> {
     /// Some lanes have crossed a surface.
     #[inline(always)]
     pub(super) fn push(&mut self, lanes: u32, factor: Factor<R>) {
-        if self.each.len() == MOST {
+        // Where all differ there are as many as are known already, so that each is moved only a few times.
+        if self.each.len() >= MOST.max(self.counted.len()) {
             self.count();
         }
         self.each.push((lanes, factor));
@@ -40,17 +42,23 @@ impl<R: Real> Crossings<R> {
     #[cold]
     #[inline(never)]
     fn count(&mut self) {
+        control::step((self.each.len() + self.counted.len()) as u32);
+        self.each.sort_by(|(_, f), (_, g)| by_size(f, g));
+        let mut known = std::mem::take(&mut self.counted).into_iter().peekable();
         for (lanes, factor) in self.each.drain(..) {
-            let found = self.counted.binary_search_by(|(other, _)| by_size(other, &factor));
-            let at = found.unwrap_or_else(|at| {
-                self.counted.insert(at, (factor, [0; MAX_LANES]));
-                at
-            });
-            for lane in lanes_of(lanes) {
-                let count = &mut self.counted[at].1[lane];
-                *count = count.saturating_add(1);
+            while let Some(smaller) = known.next_if(|(other, _)| by_size(other, &factor).is_le()) {
+                self.counted.push(smaller);
+            }
+            if self.counted.last().is_none_or(|(last, _)| by_size(last, &factor).is_ne()) {
+                self.counted.push((factor, [0; MAX_LANES]));
+            }
+            if let Some((_, counts)) = self.counted.last_mut() {
+                for lane in lanes_of(lanes) {
+                    counts[lane] = counts[lane].saturating_add(1);
+                }
             }
         }
+        self.counted.extend(known);
     }
 
     /// The product of the factors of each lane.
@@ -117,6 +125,18 @@ mod tests {
             }
         }
         assert_eq!(crossings.product::<f64>(()).lane(0), product);
+    }
+
+    #[test]
+    fn as_many_factors_are_one_product() {
+        let factor = |i: u32| [1.0 - f64::from(i * 7919 % 50_000) * 1e-9, 1.0, 0.5 + 0.5 * f64::from(i % 2)];
+        let mut crossings = Crossings::new();
+        (0..100_000).for_each(|i| crossings.push(1, factor(i)));
+        let mut all: Vec<_> = (0..100_000).map(factor).collect();
+        all.sort_by(by_size);
+        let expected = all.iter().fold([1.0; 3], |product: [f64; 3], f| std::array::from_fn(|c| product[c] * f[c]));
+        assert_eq!(crossings.product::<f64>(()).lane(0), expected);
+        assert_eq!(crossings.counted.len(), 50_000);
     }
 
     #[test]

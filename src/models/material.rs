@@ -163,6 +163,11 @@ impl ModelMaterial {
         }
     }
 
+    /// Whether it is the surface of a body that bends light.
+    pub(crate) fn bends_light(&self) -> bool {
+        self.thickness > 0.0 && self.transmission.factor > 0.0
+    }
+
     /// A grey, half-rough dielectric, seen from both sides: the material of formats that have none.
     pub fn plain(grey: f64) -> Self {
         Self {

@@ -8,7 +8,9 @@ use super::observer::Observer;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
+use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, V3};
+use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::light::{Arrival, Light, Place};
@@ -18,23 +20,48 @@ use std::f64::consts::PI;
 /// The density of rays that a mirror sends into their only direction: nothing else may find what they do.
 pub(super) const CERTAIN: f64 = 1e30;
 
-/// Whether rays of lobes look for the light themselves.
+/// Whether rays of lobes look for the light themselves. Fog would hide it from them, and does not from surfaces.
 pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) -> bool {
-    world.effects.has(Effect::GlobalIllumination) && world.rules.shadows.is_some() && light.sky_disc().is_some()
+    let is_traced = world.effects.has(Effect::GlobalIllumination) && world.rules.shadows.is_some();
+    is_traced && world.fog.is_none() && light.sky_disc().is_some()
 }
 
-/// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. These see
-/// no light through bodies, so where not all of it has `passed`, all of it counts.
+/// The lanes of shadow rays, which some light has `passed`, from where a ray of a lobe would see the light: these see none through
+/// bodies, clear as they may be.
+#[inline(never)]
+pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    shadow: Rays<L>,
+    passed: V3<L>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+) -> L::Mask {
+    let (s, world) = (tracer.s, tracer.world);
+    let all = shadow.active;
+    if !world.transmits || world.rules.shadows != Some(Blockers::Transmissive) {
+        return all;
+    }
+    let zero = L::lit(s, 0.0);
+    let active = all & passed.x.max(passed.y).max(passed.z).gt(zero);
+    tracer.counts.shadow += u64::from(active.bits().count_ones());
+    tracer.count_lanes(active.bits(), 0);
+    let (shadow, time) = (Rays { active, ..shadow }, hits.time.as_ref());
+    let left = transmittance(s, &world.geometries, world.root, Blockers::Holed, shadow, rays.coherence(), time);
+    active & left.x.gt(zero)
+}
+
+/// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. Where they
+/// do not see it all of it counts.
 #[inline(never)]
 pub(super) fn mis_weighted<L: Lanes>(
     s: L::Simd,
-    world: &World<L::Real>,
     light: &Light<L::Real>,
     place: &Place<L>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
-    [diffuse, radiance, passed]: [V3<L>; 3],
+    [diffuse, radiance]: [V3<L>; 2],
     lobes: &Lobes<L>,
+    in_sight: L::Mask,
 ) -> V3<L> {
     L::vectorize(
         s,
@@ -49,12 +76,8 @@ pub(super) fn mis_weighted<L: Lanes>(
             let all = diffuse * cosine.max(L::lit(s, 0.0)) + own + over;
             let all = if rays.kind == RayKind::Camera { all } else { limited(s, all) };
             let shared = all.times(V3::splat(s, light.color)) * strength;
-            let one = L::lit(s, 1.0);
             // Rounding may leave a place of the rim beside the disc: then no ray finds it, and 0/0 would be its share.
-            let mut found_by_both = L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
-            if world.transmits && !world.effects.has(Effect::Opacity) {
-                found_by_both = found_by_both & passed.x.ge(one) & passed.y.ge(one) & passed.z.ge(one);
-            }
+            let found_by_both = in_sight & L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
             V3::select(found_by_both, shared, radiance)
         },
     )

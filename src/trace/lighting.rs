@@ -1,7 +1,7 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
 use super::colored_shadows::left_by_bodies;
-use super::distant_lights::{is_seen, mis_weighted};
+use super::distant_lights::{in_sight, is_seen, mis_weighted};
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
@@ -158,10 +158,13 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         if V::DETAILS
             && let Some(lobes) = lobes
+            && rays.depth < world.rules.max_depth
             && is_seen::<L>(world, light)
         {
-            radiance =
-                mis_weighted(s, world, light, &place, rays, hits, [coefficients.diffuse, radiance, passed], lobes);
+            let shadow = shadow_rays(s, &place, origin, cast & L::mask(s, lobes.lanes));
+            // Where no shadow ray is sent nothing is between.
+            let free = !cast | in_sight(tracer, shadow, passed, rays, hits);
+            radiance = mis_weighted(s, light, &place, rays, hits, [coefficients.diffuse, radiance], lobes, free);
         }
         let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
         sum.add(s, lit.bits(), radiance);

@@ -50,7 +50,8 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
                     weight,
                     active: open,
                     depth: rays.depth + 1,
-                    kind: RayKind::Transmitted,
+                    // One that a lobe has sent still looks for lights.
+                    kind: if rays.kind == RayKind::Reflected { rays.kind } else { RayKind::Transmitted },
                     path: child(rays.path, RayKind::Camera),
                     parent: number,
                     ..*rays

@@ -198,10 +198,8 @@ fn open_volumes(model: &mut Model, warnings: &mut Vec<Warning>) -> HashSet<usize
     let mut open = HashSet::new();
     for placement in &model.placements {
         let Some(index) = placement.material.filter(|index| !open.contains(index)) else { continue };
-        let material = &model.materials[index];
-        let bends = material.thickness > 0.0 && material.transmission.factor > 0.0;
         let geometry = &mut model.geometries[placement.geometry];
-        if !bends || is_closed(&geometry.positions, &geometry.triangles) {
+        if !model.materials[index].bends_light() || is_closed(&geometry.positions, &geometry.triangles) {
             continue;
         }
         let welded = geometry.welded();

@@ -7,6 +7,8 @@ use crate::scene::problem::{Code, Problem, Problems};
 
 /// Bytes that an instance takes at most while it is read: its matrix, copies of that, and the object that has it.
 const INSTANCE: u64 = 1_000;
+/// Bytes that a point of glass takes at most while seams are looked for.
+const WELDED: u64 = 200;
 
 /// What the models of a scene have taken so far.
 #[derive(Debug, Default)]
@@ -29,6 +31,14 @@ impl Room {
         let instances = model.placements.iter().map(|placement| placement.transforms.len() as u64).sum::<u64>();
         if !files.has_room(INSTANCE * instances) {
             let detail = format!("there is no memory for its {instances} instances");
+            return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
+        }
+        let is_glass =
+            |placement: &&Placement| placement.material.is_some_and(|index| model.materials[index].bends_light());
+        let points_of = |placement: &Placement| model.geometries[placement.geometry].positions.len() as u64;
+        let points = model.placements.iter().filter(is_glass).map(points_of).max().unwrap_or(0);
+        if !files.has_room(WELDED * points) {
+            let detail = format!("there is no memory to look for seams of glass with {points} points");
             return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
         }
         let meshes = model.placements.iter().map(|placement| model.geometries[placement.geometry].bytes());

@@ -43,3 +43,53 @@ fn the_light_of_narrow_discs_does_not_depend_on_their_angle() {
         }
     }
 }
+
+/// How much light a ball of polished metal below the sun reflects, with something out of sight between them.
+fn highlight(between: Option<&str>, change: fn(&mut Value)) -> f64 {
+    let mut scene = json!({
+        "version": 1, "image": { "width": 40, "height": 40 },
+        "camera": { "pinhole": { "eye": [0, 0, 6], "look_at": [0, 0, 0], "vfov_deg": 22 } },
+        "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "metal" } }],
+        "materials": {
+            "metal": { "pbr": { "base_color": [0.9, 0.9, 0.9], "metallic": 1, "roughness": 0.08 } },
+            "hole": { "pbr": { "opacity": 0 } },
+            "veil": { "pbr": { "opacity": 0.5, "specular": 0 } },
+            "pane": { "pbr": { "transmission": 1, "specular": 0, "thin": true, "roughness": 0 } }
+        },
+        "lights": [{ "directional": { "direction": [0, -1, -1], "color": 1, "area": { "angle_deg": 1 } } }],
+        "render": { "fidelity": "faithful", "samples": 256, "shadows": "transmissive" }
+    });
+    if let Some(material) = between {
+        let vertices = json!([[-4, 3, 2], [4, 3, 2], [4, 5, 6], [-4, 5, 6]]);
+        scene["objects"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({ "quad": { "vertices": vertices, "material": material } }));
+    }
+    change(&mut scene);
+    let all = pixels(scene, "single");
+    all.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / all.len() as f64
+}
+
+/// What shadow rays let pass and rays of lobes do not see counts all the same, and nothing counts twice.
+#[test]
+fn highlights_are_seen_through_whatever_lets_light_pass() {
+    let as_it_is: fn(&mut Value) = |_| {};
+    let opaque: fn(&mut Value) = |scene| scene["render"]["shadows"] = json!("opaque");
+    let shallow: fn(&mut Value) = |scene| scene["render"]["max_depth"] = json!(1);
+    let fog: fn(&mut Value) = |scene| scene["fog"] = json!({ "color": 0, "density": 1e-6 });
+    let free = highlight(None, as_it_is);
+    assert!(free > 0.01, "{free}");
+    for (what, between, change, share) in [
+        ("a hole", Some("hole"), as_it_is, 1.0),
+        ("a hole, opaque", Some("hole"), opaque, 1.0),
+        ("a veil", Some("veil"), as_it_is, 0.5),
+        ("a pane", Some("pane"), as_it_is, 1.0),
+        ("a pane, opaque", Some("pane"), opaque, 0.0),
+        ("one reflection", None, shallow, 1.0),
+        ("fog", None, fog, 1.0),
+    ] {
+        let seen = highlight(between, change);
+        assert!((seen - share * free).abs() < 0.03 * free, "{what}: {seen}, and {free} without");
+    }
+}
