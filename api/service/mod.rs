@@ -18,6 +18,7 @@ pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod sequences;
 pub(crate) mod storage;
+pub(crate) mod storage_threads;
 pub(crate) mod tls;
 pub(crate) mod tradeoff;
 pub(crate) mod values;

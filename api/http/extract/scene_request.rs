@@ -48,8 +48,12 @@ pub(crate) async fn read<P>(
             let Parts { method, headers, .. } = parts;
             let is_json = format == Format::Json;
             let (form, body) = if body::declares_variation(&headers) || is_json && is_variation(body.as_ref()) {
-                let (form, patch) = variation::read(app, &tenant, body.as_ref())?;
-                (form, app.service.memory.metered(patch.to_vec())?)
+                let (service, sender) = (Arc::clone(&app.service), Arc::clone(&tenant));
+                let read = move || -> Result<_, Problem> {
+                    let (form, patch) = variation::read(&service, &sender, body.as_ref())?;
+                    Ok((form, service.memory.metered(patch.to_vec())?))
+                };
+                app.service.storage_threads.run(&tenant.name, read).await??
             } else {
                 (Form::Whole(format), body)
             };

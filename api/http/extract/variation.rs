@@ -3,7 +3,7 @@
 use super::json_body;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::Problem;
-use crate::http::state::AppState;
+use crate::service::requests::Service;
 use crate::service::scenes::sent_scene::Form;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -31,14 +31,14 @@ pub(crate) fn is_variation(json: &[u8]) -> bool {
 }
 
 /// What the JSON of a scene is, and its text: itself, or the patch of a variation that a tenant may make.
-pub(crate) fn form_of<'a>(app: &AppState, tenant: &Tenant, json: &'a [u8]) -> Result<(Form, &'a [u8]), Problem> {
-    if is_variation(json) { read(app, tenant, json) } else { Ok((Form::JSON, json)) }
+pub(crate) fn form_of<'a>(service: &Service, tenant: &Tenant, json: &'a [u8]) -> Result<(Form, &'a [u8]), Problem> {
+    if is_variation(json) { read(service, tenant, json) } else { Ok((Form::JSON, json)) }
 }
 
 /// A variation that a tenant may make, and its patch.
-pub(crate) fn read<'a>(app: &AppState, tenant: &Tenant, json: &'a [u8]) -> Result<(Form, &'a [u8]), Problem> {
+pub(crate) fn read<'a>(service: &Service, tenant: &Tenant, json: &'a [u8]) -> Result<(Form, &'a [u8]), Problem> {
     let Variation { base, patch } = json_body::read(json, r#"a variation is {"base": "<scene id>", "patch": {...}}"#)?;
     // Operators may read the scenes of all.
     let owner = (!tenant.may(Scope::Admin)).then_some(&*tenant.name);
-    Ok((app.service.variation_of(&base, owner)?, patch.get().as_bytes()))
+    Ok((service.variation_of(&base, owner)?, patch.get().as_bytes()))
 }

@@ -140,18 +140,18 @@ async fn get(
     let _ = add(header::CACHE_CONTROL, "private, max-age=31536000, immutable".into());
     let _ = add(header::HeaderName::from_static("repr-digest"), repr_digest(&digest));
     let absent = || not_yours(&hash);
-    if request.method() == Method::HEAD {
-        let size = app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
-        headers.insert(header::CONTENT_LENGTH, size.into());
-        return Ok(headers.into_response());
-    }
+    let is_head = request.method() == Method::HEAD;
     // Who has not sent the bytes hears nothing of them, whatever the conditions are.
-    if has_any(request.headers()) {
-        app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
+    if is_head || has_any(request.headers()) {
+        let size = app.service.asset_size(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;
         match weigh(request.method(), request.headers(), Some(&etag)) {
             Verdict::NotModified => return Ok((StatusCode::NOT_MODIFIED, headers).into_response()),
             Verdict::Failed => return Err(Problem::new(Kind::PreconditionFailed, format!("the asset is {etag}"))),
             Verdict::Proceed => {}
+        }
+        if is_head {
+            headers.insert(header::CONTENT_LENGTH, size.into());
+            return Ok(headers.into_response());
         }
     }
     let bytes = app.service.asset(tenant.name.clone(), hash.clone()).await?.ok_or_else(absent)?;

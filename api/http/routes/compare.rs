@@ -146,8 +146,9 @@ async fn compare(State(app): State<App>, request: Request) -> Result<Response, P
     };
     let text = body::read(&app, &tenant, &parts.headers, body).await?;
     body::check_content(declared, text.as_ref())?;
-    let wanted = both_of(&app, &tenant, text.as_ref())?;
-    drop(text);
+    let (app_of, sender) = (Arc::clone(&app), Arc::clone(&tenant));
+    let wanted =
+        app.service.storage_threads.run(&tenant.name, move || both_of(&app_of, &sender, text.as_ref())).await??;
     let ([a, b], size) = files(&app, &tenant, wanted, drawn).await?;
     let task = tenant.task(Class::Renders);
     let ids = [&a, &b].map(|file| file.meta.image.clone());
@@ -211,7 +212,7 @@ fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'
             (WantedSource::Image(image_id(&image)?), BodyPart::default())
         }
         (None, Some(scene)) => {
-            let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
+            let (form, text) = form_of(&app.service, tenant, scene.get().as_bytes())?;
             let part = BodyPart::of(body, format!("/{name}/scene"), scene);
             (WantedSource::Scene(form, text.to_vec()), part)
         }

@@ -36,7 +36,12 @@ static FILE: LazyLock<(Vec<u8>, String)> = LazyLock::new(|| {
 
 async fn element(request: Request) -> Response {
     let (compressed, tag) = &*FILE;
-    let about = [(header::CACHE_CONTROL, HOUR), (header::VARY, "Accept-Encoding"), (header::ETAG, tag)];
+    // Weak, since the compressed form has it, too.
+    let about = [
+        (header::CACHE_CONTROL, HOUR.to_owned()),
+        (header::VARY, "Accept-Encoding".to_owned()),
+        (header::ETAG, format!("W/{tag}")),
+    ];
     match weigh(request.method(), request.headers(), Some(tag)) {
         Verdict::NotModified => return (StatusCode::NOT_MODIFIED, about).into_response(),
         Verdict::Failed => {

@@ -159,7 +159,7 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
         query.finish().map(|()| overrides)
     };
     let overrides = settings.kept.iter().enumerate().map(over).collect::<Result<Vec<_>, Problem>>()?;
-    let (form, text) = form_of(app, tenant, scene.get().as_bytes())?;
+    let (form, text) = form_of(&app.service, tenant, scene.get().as_bytes())?;
     let part = BodyPart::of(sent.text, "/scene".into(), scene);
     let sent = SentScene::new(text, &form, &sent.overrides);
     let all = [&[sent.overrides], &overrides[..]].concat();

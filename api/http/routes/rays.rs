@@ -73,7 +73,7 @@ fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
     }
     let rays = read_all(sent.text, &rays.kept)?;
-    let (form, scene) = form_of(app, tenant, text.get().as_bytes())?;
+    let (form, scene) = form_of(&app.service, tenant, text.get().as_bytes())?;
     let scene = SentScene::new(scene, &form, &sent.overrides);
     let part = BodyPart::of(sent.text, "/scene".into(), text);
     let found = app.service.scenes.find(&work.workers, &scene).map_err(|error| part.error(error))?;

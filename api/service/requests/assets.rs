@@ -15,7 +15,7 @@ impl Service {
         expected: Option<String>,
         bytes: MeteredBytes,
     ) -> Result<Sent, Error> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let keep = move || {
             let hash = sha256(bytes.as_ref());
             if let Some(expected) = expected.filter(|expected| *expected != hash) {
@@ -26,29 +26,29 @@ impl Service {
             let is_new = service.assets.keep(&tenant, &hash, bytes.as_ref(), named, has_scene)?;
             Ok(Sent { hash, is_new })
         };
-        self.asset_work(keep).await
+        self.storage_threads.run(&owner, keep).await?
     }
 
     /// An asset of a tenant.
     pub(crate) async fn asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<MeteredBytes>, Error> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let read = move || {
             let Some(bytes) = service.assets.size(&tenant, &hash) else {
                 return service.assets.check_store().map(|()| None);
             };
             service.memory.read(bytes, || Ok(service.assets.get(&tenant, &hash)))
         };
-        self.asset_work(read).await
+        self.storage_threads.run(&owner, read).await?
     }
 
     /// Bytes of an asset of a tenant.
     pub(crate) async fn asset_size(self: &Arc<Self>, tenant: String, hash: String) -> Result<Option<u64>, Error> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let look = move || match service.assets.size(&tenant, &hash) {
             None => service.assets.check_store().map(|()| None),
             found => Ok(found),
         };
-        self.asset_work(look).await
+        self.storage_threads.run(&owner, look).await?
     }
 
     /// Those of some hashes that a tenant has not sent.
@@ -57,33 +57,18 @@ impl Service {
         tenant: String,
         mut hashes: Vec<String>,
     ) -> Result<Vec<String>, Error> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let look = move || {
             hashes.retain(|hash| !service.assets.owns(&tenant, hash));
             if hashes.is_empty() { Ok(hashes) } else { service.assets.check_store().map(|()| hashes) }
         };
-        self.asset_work(look).await
+        self.storage_threads.run(&owner, look).await?
     }
 
     /// Takes back a tenant's claim on an asset; false if it has none. What a job of its own needs stays.
     pub(crate) async fn remove_asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<bool, Error> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let remove = move || service.assets.remove(&tenant, &hash, || service.jobs.that_needs(&tenant, &hash));
-        self.asset_work(remove).await
-    }
-
-    /// Work that may wait for the disk, for the store of a farm, and for other work on assets.
-    async fn asset_work<T: Send + 'static>(
-        &self,
-        work: impl FnOnce() -> Result<T, Error> + Send + 'static,
-    ) -> Result<T, Error> {
-        let lost = "the request failed";
-        let place = Arc::clone(&self.asset_threads).acquire_owned().await.map_err(|_| Error::Internal(lost))?;
-        let work = move || {
-            // Who leaves does not end what has begun.
-            let _place = place;
-            work()
-        };
-        tokio::task::spawn_blocking(work).await.map_err(|_| Error::Internal(lost))?
+        self.storage_threads.run(&owner, remove).await?
     }
 }

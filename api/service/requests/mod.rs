@@ -29,15 +29,13 @@ use super::storage::blob_store::BlobStore;
 use super::storage::folder::Folder;
 use super::storage::lru_cache::LruCache;
 use super::storage::objects::Objects;
+use super::storage_threads::StorageThreads;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::Semaphore;
 
 /// Time limit of a tile, waiting included. OpenSeadragon gives up after 30 seconds, and never asks again.
 const TILE_PATIENCE: Duration = Duration::from_secs(25);
-/// Requests about assets that are worked on at a time. Others wait without a thread.
-const ASSET_THREADS: usize = 16;
 
 /// Opens the parts of a cache: scenes and pictures.
 fn open_cache(folder: &mut Folder, limits: &CacheLimits) -> Result<(BlobStore, BlobStore), StartError> {
@@ -70,8 +68,8 @@ pub(crate) struct Service {
     pub(crate) scenes: Arc<SceneCache>,
     /// What scenes name by its SHA-256.
     pub(crate) assets: Arc<Assets>,
-    /// Requests about assets that may have a thread of the runtime: renders begin on such threads, too.
-    asset_threads: Arc<Semaphore>,
+    /// Threads for requests that wait for the disk or the store.
+    pub(crate) storage_threads: StorageThreads,
     /// Finished pictures.
     pub(crate) pictures: PictureCache,
     /// Renders in the background.
@@ -136,7 +134,7 @@ impl Service {
             pool,
             scenes,
             assets,
-            asset_threads: Arc::new(Semaphore::new(ASSET_THREADS)),
+            storage_threads: StorageThreads::default(),
             pictures,
             jobs,
             farm,

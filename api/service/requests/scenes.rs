@@ -115,13 +115,13 @@ impl Service {
     ) -> Result<Arc<[u8]>, Error> {
         let stored = {
             let (service, id, owner) = (Arc::clone(self), id.clone(), owner.clone());
-            tokio::task::spawn_blocking(move || {
+            let read = move || {
                 let store = &service.scenes.store;
                 let may_read = is_scene_id(&id) && (owner.is_none() || store.is_known(&id, owner.as_deref())?);
                 if may_read { store.get(&id) } else { Ok(None) }
-            })
+            };
+            self.storage_threads.run(&task.tenant, read).await?
         };
-        let stored = stored.await.map_err(|_| Error::Internal("the stored scene cannot be read"))?;
         if let Some(text) = stored.map_err(|error| Error::io("the stored scene cannot be read", &error))? {
             return Ok(text);
         }
@@ -138,9 +138,9 @@ impl Service {
 
     /// What a tenant's claim to a scene holds, which may be the text that it has sent.
     pub(crate) async fn scene_claim(self: &Arc<Self>, id: String, tenant: String) -> Option<Arc<[u8]>> {
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), tenant.clone());
         let read = move || is_scene_id(&id).then(|| service.scenes.store.claimed(&id, &tenant)).flatten();
-        tokio::task::spawn_blocking(read).await.ok().flatten()
+        self.storage_threads.run(&owner, read).await.ok().flatten()
     }
 
     /// The canonical text of a scene that was sent.
@@ -149,7 +149,7 @@ impl Service {
         Ok(work.workers.work(|| canonical(&mut built.loaded.description))?)
     }
 
-    /// How a variation of a scene is sent, for an owner who may read the scene.
+    /// How a variation of a scene is sent, for an owner who may read the scene. This may wait for the store.
     pub(crate) fn variation_of(&self, id: &str, owner: Option<&str>) -> Result<Form, Error> {
         let unread = |error: io::Error| Error::io("the stored scene cannot be read", &error);
         if is_scene_id(id) && self.scenes.store.is_known(id, owner).map_err(unread)? {
@@ -161,8 +161,9 @@ impl Service {
 
     /// Releases a tenant's claim on a scene, or all claims. Without claims the scene and its pictures are deleted.
     pub(crate) async fn forget_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Result<Released, Error> {
-        let service = Arc::clone(self);
-        let released = tokio::task::spawn_blocking(move || {
+        // Operators may forget those of all.
+        let (service, tenant) = (Arc::clone(self), owner.clone().unwrap_or_default());
+        let release = move || {
             if !is_scene_id(&id) {
                 return Ok(Released::Unknown);
             }
@@ -173,8 +174,8 @@ impl Service {
                 service.pictures.forget(&format!("i_{}_", &id[2..]));
             }
             Ok(released)
-        });
-        released.await.map_err(|_| Error::Internal("the scene cannot be deleted"))?
+        };
+        self.storage_threads.run(&tenant, release).await?
     }
 
     /// Opens an image, and builds its scene if it is not in the cache.

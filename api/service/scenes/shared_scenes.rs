@@ -21,9 +21,9 @@ impl SharedScenes {
         Self { objects, runtime }
     }
 
-    /// Waits for the store. Requests that ask for a variation do so on a thread of the runtime itself.
+    /// Waits for the store. The two threads that serve connections must not: without them no answer of the store arrives.
     fn wait<T>(&self, answer: impl Future<Output = Result<T, ObjectError>>) -> io::Result<T> {
-        tokio::task::block_in_place(|| self.runtime.block_on(answer)).map_err(not_reachable)
+        self.runtime.block_on(answer).map_err(not_reachable)
     }
 
     pub(super) fn get(&self, id: &str) -> io::Result<Option<Arc<[u8]>>> {

@@ -148,7 +148,10 @@ async fn submit(State(app): State<App>, request: Request) -> Result<Response, Pr
             let FileSettings { overrides, output, frames, priority } = settings;
             WantedJob { scene, form, frames, overrides, output, priority, labels, wishes }
         }
-        None => wanted(&app, &tenant, text)?,
+        None => {
+            let (app_of, sender) = (Arc::clone(&app), Arc::clone(&tenant));
+            app.service.storage_threads.run(&tenant.name, move || wanted(&app_of, &sender, text)).await??
+        }
     };
     let job = submitted(&app, &tenant, wanted, claim).await?;
     waited_for(&app, &tenant, &job, false, prefer).await
@@ -234,7 +237,7 @@ fn wanted(app: &AppState, tenant: &Tenant, mut text: MeteredBytes) -> Result<Wan
     let output = query.output();
     let output = query.picture_format(output, &HeaderMap::new())?;
     query.finish()?;
-    let (form, scene) = form_of(app, tenant, scene.get().as_bytes())?;
+    let (form, scene) = form_of(&app.service, tenant, scene.get().as_bytes())?;
     // Of the text only the scene is kept.
     let start = scene.as_ptr().addr() - text.as_ref().as_ptr().addr();
     let end = start + scene.len();

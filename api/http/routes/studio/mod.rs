@@ -78,7 +78,8 @@ async fn page(State(app): State<App>, method: Method, headers: HeaderMap) -> Res
 fn about_page(etag: &str) -> [(header::HeaderName, String); 4] {
     [
         (header::CONTENT_SECURITY_POLICY, POLICY.to_owned()),
-        (header::ETAG, etag.to_owned()),
+        // Weak, since the compressed form has it, too.
+        (header::ETAG, format!("W/{etag}")),
         (header::CACHE_CONTROL, "no-cache".to_owned()),
         (header::VARY, "Accept-Encoding".to_owned()),
     ]
