@@ -36,18 +36,23 @@ pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
     rays: &RayPacket<L>,
     hits: &Hits<L>,
 ) -> L::Mask {
-    let (s, world) = (tracer.s, tracer.world);
-    let all = shadow.active;
-    if !world.transmits || world.rules.shadows != Some(Blockers::Transmissive) {
-        return all;
-    }
-    let zero = L::lit(s, 0.0);
-    let active = all & passed.x.max(passed.y).max(passed.z).gt(zero);
-    tracer.counts.shadow += u64::from(active.bits().count_ones());
-    tracer.count_lanes(active.bits(), 0);
-    let (shadow, time) = (Rays { active, ..shadow }, hits.time.as_ref());
-    let left = transmittance(s, &world.geometries, world.root, Blockers::Holed, shadow, rays.coherence(), time);
-    active & left.x.gt(zero)
+    L::vectorize(
+        tracer.s,
+        #[inline(always)]
+        || {
+            let (s, world) = (tracer.s, tracer.world);
+            if !world.transmits || world.rules.shadows != Some(Blockers::Transmissive) {
+                return shadow.active;
+            }
+            let zero = L::lit(s, 0.0);
+            let active = shadow.active & passed.x.max(passed.y).max(passed.z).gt(zero);
+            tracer.counts.shadow += u64::from(active.bits().count_ones());
+            tracer.count_lanes(active.bits(), 0);
+            let (shadow, time) = (Rays { active, ..shadow }, hits.time.as_ref());
+            let left = transmittance(s, &world.geometries, world.root, Blockers::Holed, shadow, rays.coherence(), time);
+            active & left.x.gt(zero)
+        },
+    )
 }
 
 /// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. Where they

@@ -47,20 +47,24 @@ fn the_light_of_narrow_discs_does_not_depend_on_their_angle() {
 /// How much light a ball of polished metal below the sun reflects, with something out of sight between them.
 fn highlight(between: Option<&str>, change: fn(&mut Value)) -> f64 {
     let mut scene = json!({
-        "version": 1, "image": { "width": 40, "height": 40 },
+        "version": 1, "image": { "width": 40, "height": 40 }, "ambient": 0,
         "camera": { "pinhole": { "eye": [0, 0, 6], "look_at": [0, 0, 0], "vfov_deg": 22 } },
-        "objects": [{ "sphere": { "center": [0, 0, 0], "radius": 1, "material": "metal" } }],
+        "objects": [
+            { "sphere": { "center": [0, 0, 0], "radius": 1, "material": "metal" } },
+            { "sphere": { "center": [0, -50, 0], "radius": 1, "material": "black" } }
+        ],
         "materials": {
-            "metal": { "pbr": { "base_color": [0.9, 0.9, 0.9], "metallic": 1, "roughness": 0.08 } },
-            "hole": { "pbr": { "opacity": 0 } },
-            "veil": { "pbr": { "opacity": 0.5, "specular": 0 } },
-            "pane": { "pbr": { "transmission": 1, "specular": 0, "thin": true, "roughness": 0 } }
+            "metal": { "pbr": { "base_color": [0.9, 0.9, 0.9], "metallic": 1, "roughness": 0.17 } },
+            "black": { "diffuse": 0, "specular": 0 },
+            "hole": { "pbr": { "opacity": { "alpha": 0 } } },
+            "veil": { "pbr": { "opacity": { "alpha": 0.5 }, "base_color": [0, 0, 0], "specular": 0 } },
+            "pane": { "pbr": { "transmission": 1, "specular": 0, "thin": true, "metallic": 0, "roughness": 0 } }
         },
-        "lights": [{ "directional": { "direction": [0, -1, -1], "color": 1, "area": { "angle_deg": 1 } } }],
+        "lights": [{ "directional": { "direction": [0, -1, -1], "color": 1, "area": { "angle_deg": 10 } } }],
         "render": { "fidelity": "faithful", "samples": 256, "shadows": "transmissive" }
     });
     if let Some(material) = between {
-        let vertices = json!([[-4, 3, 2], [4, 3, 2], [4, 5, 6], [-4, 5, 6]]);
+        let vertices = json!([[-3, 4.4, 1.6], [3, 4.4, 1.6], [3, 1.6, 4.4], [-3, 1.6, 4.4]]);
         scene["objects"]
             .as_array_mut()
             .unwrap()

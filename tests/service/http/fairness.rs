@@ -184,7 +184,7 @@ fn a_picture_in_a_time_lets_others_in() {
     let (long, short) = (file.key("long", "render"), file.key("short", "render"));
     let service = file.serve(&[]);
     let (long, short) = (Tenant { service: &service, key: &long }, Tenant { service: &service, key: &short });
-    let mut waiting = long.begin("POST", "/v1/render?accuracy=time:5000", SLOW);
+    let mut waiting = long.begin("POST", "/v1/render?accuracy=time:10000", SLOW);
     service.wait_for(1, 0);
     short.send("POST", "/v1/render", BALL).picture();
     waiting.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
