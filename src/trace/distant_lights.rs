@@ -5,6 +5,7 @@
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
+use super::opacity::left_by_holes;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
@@ -26,8 +27,8 @@ pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) 
     is_traced && world.fog.is_none() && light.sky_disc().is_some()
 }
 
-/// The lanes of shadow rays, which some light has `passed`, from where a ray of a lobe would see the light: these see none through
-/// bodies, clear as they may be.
+/// The share of the light that a ray of a lobe would see where shadow rays go, of what has `passed`: such rays see nothing through
+/// bodies, clear as they may be, but for their holes.
 #[inline(never)]
 pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
@@ -35,28 +36,33 @@ pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
     passed: V3<L>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
-) -> L::Mask {
+) -> V3<L> {
     L::vectorize(
         tracer.s,
         #[inline(always)]
         || {
             let (s, world) = (tracer.s, tracer.world);
             if !world.transmits || world.rules.shadows != Some(Blockers::Transmissive) {
-                return shadow.active;
+                return passed;
             }
             let zero = L::lit(s, 0.0);
             let active = shadow.active & passed.x.max(passed.y).max(passed.z).gt(zero);
             tracer.counts.shadow += u64::from(active.bits().count_ones());
             tracer.count_lanes(active.bits(), 0);
-            let (shadow, time) = (Rays { active, ..shadow }, hits.time.as_ref());
-            let left = transmittance(s, &world.geometries, world.root, Blockers::Holed, shadow, rays.coherence(), time);
-            active & left.x.gt(zero)
+            let (shadow, time) = (Rays { active, ..shadow }, hits.time);
+            let (blockers, coherence) = (Blockers::Holed, rays.coherence());
+            let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time.as_ref());
+            if world.effects.has(Effect::Opacity) {
+                let active = active & left.x.gt(zero);
+                left = left.times(left_by_holes(s, world, blockers, Rays { active, ..shadow }, time));
+            }
+            V3::select(active, left, passed)
         },
     )
 }
 
-/// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. Where they
-/// do not see it all of it counts.
+/// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. Of what has
+/// `passed` they see the part that is `in_sight`; the rest counts in full.
 #[inline(never)]
 pub(super) fn mis_weighted<L: Lanes>(
     s: L::Simd,
@@ -66,7 +72,7 @@ pub(super) fn mis_weighted<L: Lanes>(
     hits: &Hits<L>,
     [diffuse, radiance]: [V3<L>; 2],
     lobes: &Lobes<L>,
-    in_sight: L::Mask,
+    [passed, in_sight]: [V3<L>; 2],
 ) -> V3<L> {
     L::vectorize(
         s,
@@ -82,8 +88,11 @@ pub(super) fn mis_weighted<L: Lanes>(
             let all = if rays.kind == RayKind::Camera { all } else { limited(s, all) };
             let shared = all.times(V3::splat(s, light.color)) * strength;
             // Rounding may leave a place of the rim beside the disc: then no ray finds it, and 0/0 would be its share.
-            let found_by_both = in_sight & L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
-            V3::select(found_by_both, shared, radiance)
+            let found_by_both = L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
+            let (hidden, zero) = (passed - in_sight, L::lit(s, 0.0));
+            let hidden = V3 { x: hidden.x.max(zero), y: hidden.y.max(zero), z: hidden.z.max(zero) };
+            let of_both = shared.times(in_sight) + radiance.times(hidden);
+            V3::select(found_by_both, of_both, radiance.times(passed))
         },
     )
 }

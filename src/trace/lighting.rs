@@ -156,17 +156,17 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             let shadow = shadow_rays(s, &place, origin, cast);
             passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
         }
+        let mut arrived = radiance.times(passed);
         if V::DETAILS
             && let Some(lobes) = lobes
             && rays.depth < world.rules.max_depth
             && is_seen::<L>(world, light)
         {
             let shadow = shadow_rays(s, &place, origin, cast & L::mask(s, lobes.lanes));
-            // Where no shadow ray is sent nothing is between.
-            let free = !cast | in_sight(tracer, shadow, passed, rays, hits);
-            radiance = mis_weighted(s, light, &place, rays, hits, [coefficients.diffuse, radiance], lobes, free);
+            let passed = [passed, in_sight(tracer, shadow, passed, rays, hits)];
+            arrived = mis_weighted(s, light, &place, rays, hits, [coefficients.diffuse, radiance], lobes, passed);
         }
-        let radiance = tracer.bounded(rays.weight.times(radiance.times(passed)));
+        let radiance = tracer.bounded(rays.weight.times(arrived));
         sum.add(s, lit.bits(), radiance);
         if O::WATCHING {
             let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });

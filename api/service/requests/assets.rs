@@ -26,7 +26,7 @@ impl Service {
             let is_new = service.assets.keep(&tenant, &hash, bytes.as_ref(), named, has_scene)?;
             Ok(Sent { hash, is_new })
         };
-        self.storage_threads.run(&owner, keep).await?
+        self.asset_threads.run(&owner, keep).await?
     }
 
     /// An asset of a tenant.
@@ -38,7 +38,7 @@ impl Service {
             };
             service.memory.read(bytes, || Ok(service.assets.get(&tenant, &hash)))
         };
-        self.storage_threads.run(&owner, read).await?
+        self.asset_threads.run(&owner, read).await?
     }
 
     /// Bytes of an asset of a tenant.
@@ -48,7 +48,7 @@ impl Service {
             None => service.assets.check_store().map(|()| None),
             found => Ok(found),
         };
-        self.storage_threads.run(&owner, look).await?
+        self.asset_threads.run(&owner, look).await?
     }
 
     /// Those of some hashes that a tenant has not sent.
@@ -62,13 +62,13 @@ impl Service {
             hashes.retain(|hash| !service.assets.owns(&tenant, hash));
             if hashes.is_empty() { Ok(hashes) } else { service.assets.check_store().map(|()| hashes) }
         };
-        self.storage_threads.run(&owner, look).await?
+        self.asset_threads.run(&owner, look).await?
     }
 
     /// Takes back a tenant's claim on an asset; false if it has none. What a job of its own needs stays.
     pub(crate) async fn remove_asset(self: &Arc<Self>, tenant: String, hash: String) -> Result<bool, Error> {
         let (service, owner) = (Arc::clone(self), tenant.clone());
         let remove = move || service.assets.remove(&tenant, &hash, || service.jobs.that_needs(&tenant, &hash));
-        self.storage_threads.run(&owner, remove).await?
+        self.asset_threads.run(&owner, remove).await?
     }
 }

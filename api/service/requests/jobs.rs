@@ -144,7 +144,7 @@ impl Service {
             Some(image) => self.stored_picture(&image, &PictureSpec::plain(None, record.spec.output)).await,
             None => None,
         };
-        let service = Arc::clone(self);
+        let (service, owner) = (Arc::clone(self), record.tenant.clone());
         let submit = move || {
             let job = service.jobs.submit(record, scene.as_ref(), most, claim.as_ref(), file.as_deref())?;
             if let Err(lacking) = service.check_assets(&job) {
@@ -154,7 +154,7 @@ impl Service {
             }
             Ok(job)
         };
-        tokio::task::spawn_blocking(submit).await.map_err(|_| Error::Internal("the request failed"))?
+        self.storage_threads.run(&owner, submit).await?
     }
 
     /// The text that a job keeps, its format, and the settings. A job does not depend on other scenes, so of a variation it keeps all.
@@ -203,8 +203,7 @@ impl Service {
         job: &Arc<Job>,
     ) -> Result<Option<Arc<PictureFile>>, Error> {
         let (jobs, kept) = (Arc::clone(&self.jobs), Arc::clone(job));
-        let found = tokio::task::spawn_blocking(move || jobs.picture(&kept)).await;
-        if let Some(file) = found.map_err(|_| Error::Internal("the request failed"))?? {
+        if let Some(file) = self.storage_threads.run(&task.tenant, move || jobs.picture(&kept)).await?? {
             return Ok(Some(Arc::new(file)));
         }
         let (output, image) = {
@@ -236,8 +235,8 @@ impl Service {
     ) -> Result<Option<Arc<PictureFile>>, Error> {
         let of_job = job.record().spec.clone();
         let (jobs, scene) = (Arc::clone(&self.jobs), of_job.scene.clone());
-        let text = tokio::task::spawn_blocking(move || jobs.scene(&scene)).await;
-        let Some(text) = text.map_err(|_| Error::Internal("the request failed"))?? else { return Ok(None) };
+        let text = self.storage_threads.run(&task.tenant, move || jobs.scene(&scene)).await??;
+        let Some(text) = text else { return Ok(None) };
         let upload = Upload::new(text, Form::Whole(of_job.format), of_job.settings).await?;
         Ok(Some(self.make_picture(task, Source::Sent(upload), spec).await?.file))
     }

@@ -68,7 +68,9 @@ pub(crate) struct Service {
     pub(crate) scenes: Arc<SceneCache>,
     /// What scenes name by its SHA-256.
     pub(crate) assets: Arc<Assets>,
-    /// Threads for requests that wait for the disk or the store.
+    /// Threads for requests about assets, which also wait for one another.
+    asset_threads: StorageThreads,
+    /// Threads for other requests that wait for the disk or the store.
     pub(crate) storage_threads: StorageThreads,
     /// Finished pictures.
     pub(crate) pictures: PictureCache,
@@ -134,6 +136,7 @@ impl Service {
             pool,
             scenes,
             assets,
+            asset_threads: StorageThreads::default(),
             storage_threads: StorageThreads::default(),
             pictures,
             jobs,

@@ -14,6 +14,8 @@ const WELDED: u64 = 200;
 #[derive(Debug, Default)]
 pub(super) struct Room {
     triangles: u64,
+    /// The most points of a body of glass.
+    welded: u64,
     bytes: Budget,
 }
 
@@ -37,7 +39,9 @@ impl Room {
             |placement: &&Placement| placement.material.is_some_and(|index| model.materials[index].bends_light());
         let points_of = |placement: &Placement| model.geometries[placement.geometry].positions.len() as u64;
         let points = model.placements.iter().filter(is_glass).map(points_of).max().unwrap_or(0);
-        if !files.has_room(WELDED * points) {
+        let more = points.saturating_sub(self.welded);
+        self.welded += more;
+        if !files.has_room(WELDED * more) {
             let detail = format!("there is no memory to look for seams of glass with {points} points");
             return Err(Problems::one(Problem::new(pointer, Code::Limit, detail)));
         }

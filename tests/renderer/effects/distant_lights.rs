@@ -58,6 +58,7 @@ fn highlight(between: Option<&str>, change: fn(&mut Value)) -> f64 {
             "black": { "diffuse": 0, "specular": 0 },
             "hole": { "pbr": { "opacity": { "alpha": 0 } } },
             "veil": { "pbr": { "opacity": { "alpha": 0.5 }, "base_color": [0, 0, 0], "specular": 0 } },
+            "veiled": { "pbr": { "transmission": 1, "specular": 0, "thin": true, "metallic": 0, "roughness": 0, "opacity": { "alpha": 0.5 } } },
             "pane": { "pbr": { "transmission": 1, "specular": 0, "thin": true, "metallic": 0, "roughness": 0 } }
         },
         "lights": [{ "directional": { "direction": [0, -1, -1], "color": 1, "area": { "angle_deg": 10 } } }],
@@ -89,6 +90,7 @@ fn highlights_are_seen_through_whatever_lets_light_pass() {
         ("a hole, opaque", Some("hole"), opaque, 1.0),
         ("a veil", Some("veil"), as_it_is, 0.5),
         ("a pane", Some("pane"), as_it_is, 1.0),
+        ("a pane that is half there", Some("veiled"), as_it_is, 1.0),
         ("a pane, opaque", Some("pane"), opaque, 0.0),
         ("one reflection", None, shallow, 1.0),
         ("fog", None, fog, 1.0),

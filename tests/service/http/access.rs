@@ -270,7 +270,7 @@ fn render_and_leave(service: &Service, key: &str, path: &str, after: Duration) {
 #[test]
 fn rays_of_renders_that_were_left_are_charged() {
     // In a second fewer come back than a slow machine takes.
-    let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 100\n");
+    let file = KeyFile::new("left", "[tenants.hasty]\nunits_per_minute = 300\n");
     let key = file.key("hasty", "render");
     let service = file.serve(&NO_TIMEOUT);
     let started = Instant::now();

@@ -26,6 +26,7 @@ fn the_element_is_served_as_it_is_written_and_once() {
     GzDecoder::new(&compressed.body[..]).read_to_string(&mut unpacked).unwrap();
     assert_eq!(unpacked, ELEMENT);
     assert!(compressed.body.len() <= BUDGET, "{} bytes", compressed.body.len());
+    assert!(plain.header("etag").starts_with("W/\""), "two forms, so it is weak: {plain:?}");
     let known = at(&service, &[("If-None-Match", plain.header("etag"))]);
     assert_eq!((known.status, known.body.len(), known.header("etag")), (304, 0, plain.header("etag")));
     assert_eq!(known.header("cache-control"), "public, max-age=3600");

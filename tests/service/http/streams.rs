@@ -106,7 +106,7 @@ fn variations_stream_too() {
 
 #[test]
 fn what_fails_before_the_first_part_is_refused_as_ever() {
-    let service = Service::start(&["--timeout", "8"]);
+    let service = Service::start(&["--timeout", "15"]);
     let send = |path: &str, scene: &str| service.send("POST", path, &PARTS, scene.as_bytes());
     send("/v1/render", &BALL.replace("0.8", "-1")).problem(422, "invalid-scene");
     send("/v1/render?width=16000&height=4000", BALL).problem(413, "cost-limit");
