@@ -52,7 +52,7 @@ test("a job outlives the service", async (about) => {
   const following = (async () => { for await (const progress of job.progress()) seen.push(progress); })();
   while ((await job.refresh()).view.progress.tiles_done < 2) await new Promise((done) => setTimeout(done, 50));
   await service.stop("SIGKILL");
-  await new Promise((done) => setTimeout(done, 2_500));
+  await new Promise((done) => setTimeout(done, 500));
   service = await start("--data", data, "--listen", `127.0.0.1:${service.port}`);
   about.after(() => service.stop());
   await following;

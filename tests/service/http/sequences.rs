@@ -164,8 +164,7 @@ fn frames_are_reported_as_they_come() {
 #[test]
 fn rays_of_frames_are_predicted() {
     let service = Service::start(&[]);
-    // A pilot that gets no processor for its few milliseconds knows little.
-    let ratios = (0..10).map(|i| {
+    let ratio = |i: u32| {
         let more = format!(
             r#""frames": {{ "count": 7, "turntable": {{}} }}, "settings": {{ "width": {}, "accuracy": "proved:0" }}"#,
             64 + i
@@ -174,13 +173,11 @@ fn rays_of_frames_are_predicted() {
         let [predicted, traced] =
             [&job["sequence"]["predicted_rays"], &job["stats"]["rays"]].map(|n| n.as_f64().unwrap());
         predicted / traced
-    });
-    let mut seen = Vec::new();
-    let is_near = |ratio: f64| {
-        seen.push(ratio);
-        (0.8..1.25).contains(&ratio)
     };
-    assert!(ratios.into_iter().any(is_near), "{seen:?}");
+    // Some pilots get no processor for their few milliseconds, and know little.
+    let mut ratios: Vec<f64> = (0..9).map(ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    assert!((0.8..1.25).contains(&ratios[4]), "{ratios:?}");
 }
 
 #[test]
