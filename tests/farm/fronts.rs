@@ -1,6 +1,6 @@
 //! Several fronts of one farm: whatever is asked of one of them is true at all, and none of them is needed.
 
-use crate::backends::{MIRRORS, alone};
+use crate::backends::MIRRORS;
 use crate::common::BALL;
 use crate::common::service::{Answer, Service, request};
 use crate::harness::{Broker, LEASE, Node, new_key, wait_until};
@@ -10,7 +10,6 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::thread;
-use std::time::Duration;
 
 /// A broker, a store, and fronts.
 pub(crate) struct Fronts {
@@ -55,7 +54,7 @@ impl Fronts {
     }
 }
 
-fn order(scene: &str, settings: &Value) -> String {
+pub(crate) fn order(scene: &str, settings: &Value) -> String {
     json!({ "scene": serde_json::from_str::<Value>(scene).unwrap(), "settings": settings }).to_string()
 }
 
@@ -65,7 +64,7 @@ pub(crate) fn submit(front: &Service, scene: &str, settings: &Value) -> String {
     id_of(&answer)
 }
 
-fn id_of(answer: &Answer) -> String {
+pub(crate) fn id_of(answer: &Answer) -> String {
     answer.json()["id"].as_str().unwrap().to_owned()
 }
 
@@ -73,7 +72,7 @@ fn job(front: &Service, id: &str) -> Value {
     front.get(&format!("/v1/jobs/{id}")).json()
 }
 
-fn state(front: &Service, id: &str) -> String {
+pub(crate) fn state(front: &Service, id: &str) -> String {
     job(front, id)["state"].as_str().unwrap_or("gone").to_owned()
 }
 
@@ -81,14 +80,14 @@ pub(crate) fn wait_for(front: &Service, id: &str, wanted: &str) {
     wait_until(&format!("{id} is {wanted}; it is {}", job(front, id)), || state(front, id) == wanted);
 }
 
-fn wait_for_tiles(front: &Service, id: &str, share: f64) {
+pub(crate) fn wait_for_tiles(front: &Service, id: &str, share: f64) {
     wait_until(&format!("{share} of {id} is done"), || {
         let progress = job(front, id)["progress"].clone();
         progress["fraction"].as_f64().is_some_and(|fraction| fraction >= share)
     });
 }
 
-fn image(front: &Service, id: &str) -> Vec<u8> {
+pub(crate) fn image(front: &Service, id: &str) -> Vec<u8> {
     let answer = front.get(&format!("/v1/jobs/{id}/image"));
     assert_eq!(answer.status, 200, "{}", answer.text());
     answer.body
@@ -395,74 +394,4 @@ fn a_posted_scene_is_known_at_every_front() {
     assert_eq!(there.send("DELETE", &path, &[], b"").status, 204);
     assert_eq!([here, there].map(|front| front.get(&path).status), [404; 2]);
     assert_eq!(here.send("DELETE", &path, &[], b"").status, 404);
-}
-
-/// T10.
-#[test]
-fn a_short_job_does_not_wait_for_a_long_one() {
-    let Some(farm) = Fronts::start(2, &[]) else { return };
-    let _node = farm.node();
-    let long = submit(&farm.fronts[0], MIRRORS, &json!({ "width": 1600, "height": 1200 }));
-    wait_for_tiles(&farm.fronts[1], &long, 0.01);
-    let short = submit(&farm.fronts[1], BALL, &json!({}));
-    wait_for(&farm.fronts[0], &short, "succeeded");
-    assert_eq!(state(&farm.fronts[0], &long), "running");
-    assert!(image(&farm.fronts[0], &short) == alone("", BALL));
-}
-
-/// T10: who asks for much has half of the farm, not all of it, while somebody else asks for something.
-#[test]
-fn one_tenant_does_not_wait_for_all_jobs_of_another() {
-    let folder = tempfile::tempdir().unwrap();
-    let keys = folder.path().join("keys.toml");
-    let [much, little] = ["much", "little"].map(|tenant| new_key(&keys, tenant));
-    let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
-    let ask = |front: usize, key: &str, method: &str, path: &str, body: &str| {
-        let headers = [("Content-Type", "application/json"), ("Authorization", key)];
-        farm.fronts[front].send(method, path, &headers, body.as_bytes())
-    };
-    let submit = |front: usize, key: &str, width: u32| {
-        let answer = ask(front, key, "POST", "/v1/jobs", &order(MIRRORS, &json!({ "width": width })));
-        assert_eq!(answer.status, 202, "{}", answer.text());
-        id_of(&answer)
-    };
-    let job = |key: &str, id: &str| ask(0, key, "GET", &format!("/v1/jobs/{id}"), "").json();
-    let many: Vec<String> = (0..6).map(|at| submit(at % 2, &much, 600 + at as u32)).collect();
-    let _node = farm.node();
-    wait_until("the first has begun", || many.iter().any(|id| job(&much, id)["progress"]["fraction"] != 0.0));
-    let few: Vec<String> = (0..2).map(|at| submit(at, &little, 200 + at as u32)).collect();
-    for id in &few {
-        wait_until("a job of who asks for little ends", || job(&little, id)["state"] == "succeeded");
-    }
-    let waiting = many.iter().filter(|id| job(&much, id)["state"] != "succeeded").count();
-    assert!(waiting >= 3, "{waiting} of 6 were not finished when the two small ones were");
-    assert_eq!(
-        ask(1, &little, "GET", &format!("/v1/jobs/{}", many[0]), "").status,
-        404,
-        "it belongs to another tenant"
-    );
-}
-
-#[test]
-fn a_rate_limit_is_that_of_all_fronts() {
-    let folder = tempfile::tempdir().unwrap();
-    let keys = folder.path().join("keys.toml");
-    fs::write(&keys, "[tenants.acme]\nunits_per_minute = 60\n").unwrap();
-    let key = new_key(&keys, "acme");
-    let Some(farm) = Fronts::start(2, &["--keys", keys.to_str().unwrap()]) else { return };
-    let left = |front: usize| {
-        let answer = farm.fronts[front].send("GET", "/v1/jobs", &[("Authorization", &key)], b"");
-        assert_eq!(answer.status, 200, "{}", answer.text());
-        let units = answer.header("ratelimit").split("r=").nth(1).unwrap().split(';').next().unwrap();
-        units.parse::<u32>().unwrap()
-    };
-    (0..30).for_each(|_| _ = left(0));
-    // Each look costs a unit itself: so few of them cannot have spent what is missing.
-    let seen: Vec<u32> = (0..5)
-        .map(|_| {
-            thread::sleep(Duration::from_secs(1));
-            left(1)
-        })
-        .collect();
-    assert!(seen.iter().any(|left| *left < 50), "{seen:?}");
 }

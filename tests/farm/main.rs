@@ -12,6 +12,7 @@ mod cluster;
 mod common;
 mod deliveries;
 mod failures;
+mod fairness;
 mod fronts;
 mod harness;
 mod memory;
