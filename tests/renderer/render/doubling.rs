@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use strahl::film::Region;
 use strahl::inspect::maps::{Map, MapKind};
 use strahl::inspect::tree::trace_pixel;
-use strahl::render::{Control, Picture, render, render_measured};
+use strahl::render::{Control, Picture, Sampling, render, render_measured};
 use strahl::scene::description::{Accuracy, Statistical};
 use strahl::scene::{Format, Overrides, Scene, load};
 
@@ -32,6 +32,19 @@ fn a_part_is_the_crop_of_the_whole() {
             assert!(part.film.pixels == crop, "{name} {region:?}");
             assert_eq!(part.sampling.widths.pixels(), region.pixels());
         }
+    }
+}
+
+/// What is said of a pixel depends on its neighbours, and not on the part that it is rendered in.
+#[test]
+fn parts_say_of_their_pixels_what_the_whole_says() {
+    for name in SCENES {
+        let scene = load_scene(name, 56, Overrides::default()).scene;
+        let mut parts = Sampling::default();
+        for region in Region::whole(scene.width, scene.height).tiles(9) {
+            parts += &render(&scene, region, &Control::default()).unwrap().sampling;
+        }
+        assert_eq!(parts, whole(&scene).sampling, "{name}");
     }
 }
 
