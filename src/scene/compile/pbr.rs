@@ -88,7 +88,7 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
         transmission: narrow_rgb(passing),
         ior: R::from_f64(described.ior),
         alpha: R::from_f64(rough),
-        dispersion: R::from_f64((described.ior - 1.0) * described.dispersion / 20.0),
+        dispersion: R::from_f64(if described.thin { 0.0 } else { (described.ior - 1.0) * described.dispersion / 20.0 }),
         absorption: described.attenuation.filter(|_| !described.thin).map_or([R::from_f64(0.0); 3], absorption),
         emission: narrow_rgb(if pbr.unlit { most.base } else { most.emissive }),
         fresnel: if mirrors || passing.max_element() > 0.0 { Fresnel::Layered } else { Fresnel::None },

@@ -74,11 +74,10 @@ fn traces_light<R: Real>(world: &World<R>) -> bool {
 }
 
 /// Whether bodies of a material split light: by bending it, which sheets do not, and in hollow bodies there is nothing; or by a
-/// varnish, whose reflection depends on the index.
+/// varnish, whose reflection depends on the index. Layers do so in volumes alone (glTF, KHR_materials_dispersion).
 pub(in crate::scene::compile) fn disperses<R: Real>(material: &Material<R>, used: Used) -> bool {
     let bends = used.filled && material.transmits();
-    let layered = matches!(material.fresnel, Fresnel::Dielectric | Fresnel::Layered);
-    let varnished = layered && (material.mirrors() || material.transmits());
+    let varnished = material.fresnel == Fresnel::Dielectric && (material.mirrors() || material.transmits());
     material.dispersion > R::from_f64(0.0) && (bends || varnished)
 }
 

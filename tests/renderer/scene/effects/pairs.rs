@@ -290,6 +290,21 @@ fn of_pictures() -> Vec<Trap> {
     traps
 }
 
+/// Dispersion of layers that no volume shows, and what makes one of them.
+fn of_layers(layers: Value, shown: Value, fidelity: &str) -> Trap {
+    let scene = |layers: Value| {
+        let mut scene = json!({
+            "materials": { "m": { "diffuse": null, "pbr": { "metallic": 0, "roughness": 0, "ior": 1.5 } } },
+            "render": { "fidelity": fidelity, "samples": 4 }
+        });
+        change(&mut scene["materials"]["m"]["pbr"], &layers);
+        scene
+    };
+    let (without, mut asked) = (scene(layers.clone()), scene(layers));
+    asked["materials"]["m"]["pbr"]["dispersion"] = json!(2);
+    trap("dispersion", asked, without, &json!({ "materials": { "m": { "pbr": shown } } }))
+}
+
 fn of_rays() -> Vec<Trap> {
     let of = |effect, material: Value, added: Value| {
         trap(effect, json!({ "materials": { "m": material } }), json!({}), &json!({ "materials": { "m": added } }))
@@ -310,6 +325,8 @@ fn of_rays() -> Vec<Trap> {
             json!({ "dispersion": 0.1, "fresnel": "dielectric", "ior": 1.5 }),
             json!({ "reflection": 0.5 }),
         ),
+        of_layers(json!({ "transmission": 1, "thin": true }), json!({ "thin": false }), "fast"),
+        of_layers(json!({ "metallic": 1, "transmission": 1 }), json!({ "metallic": 0 }), "faithful"),
         of("absorption", json!({ "absorption": 0.5 }), json!({ "transmission": 0.1 })),
         // An opaque ball beside the eye, and around it.
         of_body(

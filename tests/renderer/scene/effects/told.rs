@@ -137,8 +137,7 @@ impl<R: Real> Told<'_, R> {
             Effect::Dispersion => {
                 self.follows()
                     && self.any(|m, used| {
-                        let layered = matches!(m.fresnel, Fresnel::Dielectric | Fresnel::Layered);
-                        let varnished = layered && (mirrors(m) || bright(m.transmission));
+                        let varnished = m.fresnel == Fresnel::Dielectric && (mirrors(m) || bright(m.transmission));
                         m.dispersion > zero && (used.filled && bright(m.transmission) || varnished)
                     })
             }
