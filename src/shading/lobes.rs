@@ -42,7 +42,8 @@ pub struct Lobes<L: Lanes> {
     /// Reflectance of the surface at normal incidence and along it, with what facets reflect on to each other.
     f0: V3<L>,
     f90: V3<L>,
-    /// The share that is missing below because the surface has reflected it, at normal incidence and along it.
+    /// The share of a light that is missing below because the surface has reflected it, at normal incidence and along it. Where
+    /// light is traced, it is that of light from all around, at any angle: what rays bring is scattered so, too.
     lost: [L; 2],
     /// Width of the facets' distribution.
     width: L,
@@ -105,14 +106,28 @@ pub struct Lobes<L: Lanes> {
 
 /// What leaves from facets of rough surfaces that rays choose.
 impl<L: Lanes> Lobes<L> {
-    /// The most that the surface reflects and the share that passes it, where its dielectric reflects a share.
+    /// The most that a facet reflects and the share that passes it, where its dielectric reflects a share. `cosine` is that
+    /// between facet and eye.
     #[inline(always)]
-    pub fn leaving(&self, s: L::Simd, reflectance: L) -> [L; 2] {
+    pub fn leaving(&self, s: L::Simd, reflectance: L, cosine: L) -> [L; 2] {
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let most = |color: V3<L>| color.x.max(color.y).max(color.z);
-        let mirrored = most(self.reflection) * reflectance + most(self.metal[1]);
-        // Within a body nothing is left for what is scattered, and all that would pass is reflected.
-        let total = reflectance.ge(L::lit(s, 1.0));
-        [L::select(total, mirrored.max(self.passing), mirrored), self.passing * (L::lit(s, 1.0) - reflectance)]
+        let [normal, along] = self.metal;
+        let metal = normal + (along - normal) * fifth((one - cosine).max(zero));
+        let mirrored = most(self.reflection * reflectance + metal);
+        let passed = (self.passing * self.let_through(s, reflectance)).min((one - mirrored).max(zero));
+        // Under total reflection, what would pass.
+        let total = reflectance.ge(one);
+        [L::select(total, mirrored.max(self.passing), mirrored), L::select(total, zero, passed)]
+    }
+
+    /// The share of what meets the dielectric that goes on below it, where its index of refraction reflects a share.
+    #[inline(always)]
+    pub fn let_through(&self, s: L::Simd, reflectance: L) -> L {
+        let V3 { x, y, z } = self.reflection;
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        let strength = L::select(self.other.gt(zero), x.max(y).max(z) / self.other, one);
+        one - reflectance * strength
     }
 
     /// What is scattered below a facet, given what the dielectric reflects there: all that it lets in.
@@ -162,7 +177,7 @@ impl<L: Lanes> Lobes<L> {
         let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
         let tint = p.specular_color * p.normal_reflectance;
         let tint = V3 { x: tint.x.min(one), y: tint.y.min(one), z: tint.z.min(one) } * p.specular;
-        let lost = [tint.x.max(tint.y).max(tint.z), p.specular];
+        let mut lost = [tint.x.max(tint.y).max(tint.z), p.specular];
         let diffuse = p.base_color * (other * (one - p.transmission));
         let passing = other * p.transmission;
 
@@ -201,6 +216,7 @@ impl<L: Lanes> Lobes<L> {
             let kept = white * p.transmission;
             (gain, gain_metal) = (kept + more * (open * (one - p.transmission)), more_metal * open);
             reflection = reflection.times(gain);
+            lost = [one - let_in; 2];
         }
         let shiny = L::select(bright, other, zero);
         let at_normal = (p.base_color * metal).times(gain_metal) + (tint * shiny).times(gain);

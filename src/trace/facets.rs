@@ -76,7 +76,7 @@ pub(super) fn facets<L: Lanes, O: Observer<L>, V: Variant>(
                     let through = V3::select(closed, refraction.dir.normalized(s), mirrored);
                     let below = through.dot(hits.ng).lt(zero) & !(refraction.total & closed);
                     passed = L::select(below & passes, smith_g1(s, hits.ns, through, width), zero);
-                    let [mirrors, lets_in] = lobes.leaving(s, reflectance);
+                    let [mirrors, lets_in] = lobes.leaving(s, reflectance, to_eye.dot(facet));
                     let shares = (mirrors * reflected + lets_in * passed) / (mirrors + lets_in);
                     open = L::select(passes, shares, open);
                 }

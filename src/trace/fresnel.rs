@@ -104,7 +104,10 @@ fn kinds<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>) -> Kinds<
         }
         let mask = L::mask(s, same);
         kinds.ior = L::select(mask, L::splat(s, material.ior), kinds.ior);
-        kinds.dispersion = L::select(mask, L::splat(s, material.dispersion), kinds.dispersion);
+        // Layers disperse in volumes alone (glTF, KHR_materials_dispersion).
+        if material.fresnel != Fresnel::Layered {
+            kinds.dispersion = L::select(mask, L::splat(s, material.dispersion), kinds.dispersion);
+        }
     }
     kinds
 }
@@ -157,8 +160,12 @@ fn at_angles_in<L: Lanes>(
         }
         let reflectance = L::select(eta.eq(one), zero, fresnel_dielectric(s, eta, &refraction));
         let mask = L::mask(s, dielectric);
+        let mut left = one - reflectance;
+        if let Some(lobes) = lobes {
+            left = L::select(L::mask(s, lobes.lanes), lobes.let_through(s, reflectance), left);
+        }
         r_s = V3::select(mask, r_s * reflectance, r_s);
-        r_t = V3::select(mask, r_t * (one - reflectance), r_t);
+        r_t = V3::select(mask, r_t * left, r_t);
         layer = L::select(mask, r_s.x.max(r_s.y).max(r_s.z), zero);
     }
     if let Some(lobes) = lobes {
@@ -172,9 +179,13 @@ fn at_angles_in<L: Lanes>(
         // What a wide lobe reflects is its share of light from all around, and what is left passes.
         let wide = L::mask(s, lobes.wide);
         let total = bent.map_or(L::mask(s, 0), |bent| L::mask(s, bent.lanes) & bent.refraction.total);
-        r_t = V3::select(wide, coefficients.transmission * L::select(total, zero, lobes.let_in), r_t);
+        r_t = V3::select(wide, coefficients.transmission * lobes.let_in, r_t);
+        r_t = V3::select(mask & total, V3 { x: zero, y: zero, z: zero }, r_t);
+        // Total reflection takes the share that would pass. The rest of the surface lets none through: it scatters, or is metal.
         let inside = L::select(wide, lobes.passing * lobes.let_in, lobes.passing);
-        r_s = V3::select(mask & total, V3 { x: inside, y: inside, z: inside }, r_s);
+        let V3 { x, y, z } = V3 { x: inside, y: inside, z: inside } + metal + clearcoat;
+        r_s = V3::select(mask & total, V3 { x: x.min(one), y: y.min(one), z: z.min(one) }, r_s);
+        layer = L::select(mask & total, zero, layer);
         let mut mirrored = r_s;
         if lobes.apart != 0 {
             let clearcoat = L::select(L::mask(s, lobes.apart), lobes.clearcoat_by_rays, zero);

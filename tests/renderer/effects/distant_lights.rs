@@ -28,19 +28,17 @@ fn places_at_the_rim_are_not_infinitely_bright() {
     }
 }
 
-/// Down to the narrowest that rays find; and those that are points, also where no number holds the square of their angle.
+/// Those that rays find, and those that are points, also where no number holds the square of their angle.
 #[test]
 fn the_light_of_narrow_discs_does_not_depend_on_their_angle() {
     let mean = |angle: f64| {
         let pixels = pixels(lit(angle, 0.4, 64), "single");
         pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
     };
-    for (expected, angles) in [(0.53, &[0.1, 0.03, 0.012][..]), (0.0, &[0.011, 1e-3, 1e-6, 1e-18, 1e-30])] {
-        let wide = mean(expected);
-        for angle in angles {
-            let narrow = mean(*angle);
-            assert!((narrow - wide).abs() < 1e-3 * wide, "{angle} degrees: {narrow}, and {wide} of {expected}");
-        }
+    let wide = mean(0.53);
+    for angle in [0.1, 0.03, 0.012, 0.011, 1e-3, 1e-6, 1e-18, 1e-30, 0.0] {
+        let narrow = mean(angle);
+        assert!((narrow - wide).abs() < 1e-3 * wide, "{angle} degrees: {narrow}, and {wide} of 0.53");
     }
 }
 

@@ -88,22 +88,48 @@ fn cube_with_normals() -> Value {
     json!({ "mesh": { "vertices": vertices, "normals": normals, "faces": faces, "material": "it" } })
 }
 
+/// A furnace that follows rays far into bodies.
+fn furnace(material: &Value, samples: u32) -> Value {
+    let mut render = faithful(200, samples);
+    render["min_weight"] = json!(1e-4);
+    ball(material.clone(), json!({ "background": 1, "environment": Value::Null }), render)
+}
+
+/// Also what lets a part of the light in: in a ball all that is scattered inside comes to its wall at the same angle again and again,
+/// which reflects it totally. And what has no reflection of its own.
+#[test]
+fn bodies_that_are_partly_glass_keep_their_light() {
+    for (transmission, roughness, metallic, more) in [
+        (0.3, 0.0, 0.0, json!({})),
+        (0.5, 0.0, 0.0, json!({})),
+        (0.9, 0.4, 0.0, json!({})),
+        (0.5, 0.0, 0.5, json!({})),
+        (0.5, 0.0, 0.0, json!({ "clearcoat": 1 })),
+        (1.0, 0.0, 0.0, json!({ "specular": 0 })),
+        (1.0, 0.3, 0.0, json!({ "specular": 0.5 })),
+        (1.0, 1.0, 0.0, json!({ "specular_color": [2, 2, 2] })),
+        (1.0, 0.0, 0.0, json!({ "specular_color": [2, 2, 2] })),
+    ] {
+        let mut material = json!({ "metallic": metallic, "roughness": roughness, "transmission": transmission });
+        material.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let [kept, ..] = mean(&pixels(furnace(&json!({ "pbr": material }), 256), "double"));
+        assert!((kept - 1.0).abs() < 0.006, "{material}: {kept}");
+    }
+}
+
 /// So does rough glass, in bodies and in sheets: what facets hide from each other is not lost.
 #[test]
 fn rough_glass_keeps_its_light() {
-    let furnace = || json!({ "background": 1, "environment": Value::Null });
-    let mut render = faithful(60, 64);
-    render["min_weight"] = json!(1e-4);
     for roughness in [0.2, 0.6, 1.0] {
         let material = json!({ "pbr": { "metallic": 0, "roughness": roughness, "transmission": 1 } });
-        let [body, ..] = mean(&pixels(ball(material.clone(), furnace(), render.clone()), "double"));
+        let [body, ..] = mean(&pixels(furnace(&material, 64), "double"));
         assert!((body - 1.0).abs() < 0.004, "a ball of roughness {roughness}: {body}");
-        let mut scene = ball(material.clone(), furnace(), render.clone());
+        let mut scene = furnace(&material, 64);
         scene["objects"] = json!([cube_with_normals()]);
         let [cube, ..] = mean(&pixels(scene, "double"));
         assert!((cube - 1.0).abs() < 0.004, "a mesh of roughness {roughness}: {cube}");
         for place in [0.0, 10.0, 40.0] {
-            let mut scene = ball(material.clone(), furnace(), render.clone());
+            let mut scene = furnace(&material, 64);
             scene["camera"] =
                 json!({ "orthographic": { "eye": [place, 0, 10], "look_at": [0, 0, 0], "height": 0.01 } });
             scene["objects"] = json!([{ "quad": {

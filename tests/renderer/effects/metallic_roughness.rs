@@ -190,6 +190,24 @@ fn white_surfaces_neither_lose_nor_make_light() {
     }
 }
 
+/// Total reflection takes what the clearcoat would mirror, too.
+#[test]
+fn lacquered_glass_keeps_its_light() {
+    for clearcoat in [0.3, 1.0] {
+        let material = json!({ "metallic": 0, "roughness": 0, "transmission": 1, "clearcoat": clearcoat });
+        let scene = json!({
+            "version": 1, "image": { "width": 24, "height": 24 }, "ambient": 0, "lights": [], "background": 1,
+            "render": { "max_depth": 200, "min_weight": 1e-5 },
+            "camera": { "orthographic": { "eye": [2, 3, 5], "look_at": [0, 0, 0], "height": 1.6 } },
+            "materials": { "it": { "pbr": material } },
+            "objects": [{ "box": { "min": [-0.5, -0.5, -0.5], "max": [0.5, 0.5, 0.5], "material": "it" } }]
+        });
+        for [kept, ..] in pixels(scene, "single") {
+            assert!((kept - 1.0).abs() < 0.004, "clearcoat {clearcoat}: {kept}");
+        }
+    }
+}
+
 #[test]
 fn smooth_metals_mirror_by_schlick_and_rough_ones_do_not() {
     for degrees in [0.0, 50.0, 80.0] {

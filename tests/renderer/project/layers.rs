@@ -25,7 +25,7 @@ const ROOMS: [(&str, &str); 3] = [
     ("", "service http cli"),
     (
         "service",
-        "values clock error hash tls addresses concurrency_limit storage_threads memory memory_budget limits storage assets scheduler scenes pictures \
+        "values clock error hash tls addresses concurrency_limit stop_signals storage_threads memory memory_budget limits storage assets scheduler scenes pictures \
           sequences farm jobs deliveries tradeoff requests",
     ),
     (
