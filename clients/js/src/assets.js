@@ -1,4 +1,4 @@
-import { json, withList } from "./connection.js";
+import { hexOf, json, withList } from "./connection.js";
 import { checked } from "./jobs.js";
 
 const JSON_TYPE = { "content-type": "application/json" };
@@ -12,14 +12,15 @@ export class Assets {
   }
 
   /**
-   * Sends a file unless the service has it from you; its name in scenes: `sha256:` and digits.
-   * @param {Uint8Array<ArrayBuffer> | Blob} content
+   * Sends a file unless the service has it from you; its name in scenes: `sha256:` and digits. Pages can do so only over https or from
+   * localhost: elsewhere browsers have no SHA-256.
+   * @param {BufferSource | Blob} content
    * @param {import("./client.js").Given} [given]
    */
   async add(content, { signal } = {}) {
+    if (!crypto.subtle) throw new TypeError("assets.add needs https or localhost: in other pages the browser has no SHA-256");
     const bytes = content instanceof Blob ? await content.arrayBuffer() : content;
-    const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", bytes));
-    const digits = Array.from(digest, (byte) => byte.toString(16).padStart(2, "0")).join("");
+    const digits = hexOf(new Uint8Array(await crypto.subtle.digest("SHA-256", bytes)));
     if ((await this.missing([digits], { signal })).length) {
       const headers = { "content-type": "application/octet-stream" };
       await this.#connection.ask(`/v1/assets/${digits}`, { method: "PUT", headers, body: content, signal }, json);

@@ -1,6 +1,6 @@
 import { Backoff, Connection, json, pause, withList } from "./connection.js";
 import { Assets } from "./assets.js";
-import { Jobs, checkLayers, checked, textOf, typeOf } from "./jobs.js";
+import { Jobs, checkLayers, checked, fileOf, textOf, typeOf } from "./jobs.js";
 import { pictureOf } from "./picture.js";
 import { passes } from "./parts.js";
 import { ConnectionError } from "./problems.js";
@@ -10,10 +10,10 @@ const JSON_TYPE = { "content-type": "application/json" };
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
- * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service
- * knows, by a merge patch (RFC 7396).
- * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
+ * A scene: an object, its JSON text, or a file, in bytes or as a `Blob`. The type of a `Blob` says whether it is
+ * `application/json`, `text/x-nff`, `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a
+ * variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | BufferSource | Blob} Scene
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
@@ -332,7 +332,7 @@ export class Client {
    */
   async #asked(scene, query) {
     const type = await typeOf(scene);
-    const body = scene instanceof Blob || scene instanceof Uint8Array ? scene : await textOf(scene);
+    const body = fileOf(scene) ?? (await textOf(scene));
     return { method: "POST", query, headers: { "content-type": type }, body };
   }
 }

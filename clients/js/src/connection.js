@@ -10,16 +10,21 @@ const LONGEST_TIMER = 0x7fff_ffff;
 /** When something is tried again: as the service says, else twice as long each time. */
 export class Backoff {
   #tries = 0;
-  /** @param {number} retries */
-  constructor(retries) {
+  /**
+   * @param {number} retries
+   * @param {boolean} [following] Whether a job is followed: what a gateway says of a service that it cannot reach is a break then.
+   */
+  constructor(retries, following = false) {
     this.retries = retries;
+    this.following = following;
   }
   /**
    * Seconds until the next try; undefined if there is none.
    * @param {unknown} error
    */
   next(error) {
-    if (this.#tries >= this.retries || (error instanceof Problem && !error.isBusy)) return undefined;
+    const broken = error instanceof Problem && this.following && error.isGateway;
+    if (this.#tries >= this.retries || (error instanceof Problem && !error.isBusy && !broken)) return undefined;
     this.#tries++;
     if (error instanceof Problem && error.retryAfter !== undefined) return Math.min(error.retryAfter, PATIENCE);
     // Clients that were refused together do not come back together.
@@ -82,6 +87,7 @@ export const pause = (seconds, signal) =>
  * @property {Record<string, string>} [headers]
  * @property {BodyInit} [body]
  * @property {boolean} [once] It must not be sent again if it may have been received.
+ * @property {boolean} [following] It follows a job, which goes on whatever a gateway says.
  * @property {number} [patience] Seconds that the service may take beyond the usual.
  * @property {AbortSignal} [signal]
  */
@@ -127,7 +133,8 @@ export class Connection {
     const said = await answer.text();
     // A date would need a clock that agrees; the service sends seconds.
     const after = answer.headers.get("retry-after") ?? "";
-    throw new Problem(answer.status, parsed(said), /^\d+$/.test(after) ? Number(after) : undefined);
+    const seconds = /^\d+$/.test(after) ? Number(after) : undefined, isGateway = answer.status >= 500 && kindOf(answer) !== "application/problem+json";
+    throw new Problem(answer.status, parsed(said), seconds, isGateway);
   }
 
   /**
@@ -139,7 +146,7 @@ export class Connection {
    * @returns {Promise<T>}
    */
   async ask(path, asked, read) {
-    const backoff = new Backoff(this.retries), { signal } = asked;
+    const backoff = new Backoff(this.retries, asked.following), { signal } = asked;
     for (;;) {
       const limit = limitOf(this.timeout + (asked.patience ?? 0));
       try {
@@ -244,6 +251,9 @@ export const withList = (name) => async (answer) => {
   return said;
 };
 
+/** @param {Uint8Array} bytes */
+export const hexOf = (bytes) => Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+
 /** @param {unknown} value */
 export const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
@@ -270,7 +280,7 @@ function hostOf(url) {
 }
 
 /** @param {Response} answer */
-const kindOf = (answer) => (answer.headers.get("content-type") ?? "").replace(/;.*/s, "").trim().toLowerCase();
+export const kindOf = (answer) => (answer.headers.get("content-type") ?? "").replace(/;.*/s, "").trim().toLowerCase();
 
 /**
  * An answer that is not the service's: mostly the URL is that of something else.
@@ -278,7 +288,7 @@ const kindOf = (answer) => (answer.headers.get("content-type") ?? "").replace(/;
  * @param {string} wanted
  * @param {unknown} [cause]
  */
-const foreign = (answer, wanted, cause) =>
+export const foreign = (answer, wanted, cause) =>
   new DamagedError(`the answer is ${kindOf(answer) || "of no type"}, not ${wanted}: check that the URL is that of the service`, { cause });
 
 /** @param {string} text */

@@ -1,4 +1,4 @@
-import { Backoff, PATIENCE, first, headerValue, json, limitOf, pause, withList } from "./connection.js";
+import { Backoff, PATIENCE, first, headerValue, hexOf, isObject, json, limitOf, pause, withList } from "./connection.js";
 import { pictureOf } from "./picture.js";
 import { ConnectionError, DamagedError, Problem } from "./problems.js";
 import { events } from "./sse.js";
@@ -46,7 +46,9 @@ export class Jobs {
    */
   async submit(scene, options = {}, { signal } = {}) {
     checkLayers("a job", options);
-    const { priority, labels, webhook, store, idempotencyKey = crypto.randomUUID(), wait, frames, format, bits, quality, ...settings } = options;
+    // Pages of plain http have no `randomUUID`.
+    const ownKey = hexOf(crypto.getRandomValues(new Uint8Array(16)));
+    const { priority, labels, webhook, store, idempotencyKey = ownKey, wait, frames, format, bits, quality, ...settings } = options;
     const output = { format, bits: bits === undefined ? undefined : String(bits), quality };
     const after = { webhook: webhook && { url: webhook }, store: store && (store === true ? {} : { key: store }) };
     const about = JSON.stringify({ settings, output, priority, labels, frames, ...after });
@@ -64,7 +66,7 @@ export class Jobs {
    * @param {import("./client.js").Given} [given]
    */
   async get(id, { signal } = {}) {
-    return new Job(this.#connection, await this.#connection.ask(`/v1/jobs/${checked(id)}`, { signal }, json));
+    return new Job(this.#connection, await this.#connection.ask(`/v1/jobs/${checked(id)}`, { following: true, signal }, json));
   }
 
   /**
@@ -102,7 +104,7 @@ export class Jobs {
  * @returns {AsyncGenerator<JobEvent, void>}
  */
 async function* follow(connection, path, query, last, signal) {
-  for (let backoff = new Backoff(connection.retries), usual = USUAL; ; ) {
+  for (let backoff = new Backoff(connection.retries, true), usual = USUAL; ; ) {
     /** @type {unknown} */
     let error = new ConnectionError("the stream of events ends too soon");
     /** @type {number | undefined} */
@@ -126,7 +128,7 @@ async function* follow(connection, path, query, last, signal) {
       error = broken;
     }
     // A stream that was answered is alive, also if nothing happened on it. What is damaged may be so each time.
-    if (parts && !(error instanceof DamagedError)) backoff = new Backoff(connection.retries);
+    if (parts && !(error instanceof DamagedError)) backoff = new Backoff(connection.retries, true);
     seconds ??= backoff.next(error);
     if (seconds === undefined) throw connection.shown(error);
     await pause(Math.max(seconds, usual), signal);
@@ -167,7 +169,7 @@ export class Job {
   async refresh({ wait, signal } = {}) {
     /** @type {Record<string, string>} */
     const headers = wait ? { prefer: `wait=${wait}` } : {};
-    this.view = await this.#connection.ask(this.#path, { headers, patience: wait, signal }, json);
+    this.view = await this.#connection.ask(this.#path, { headers, patience: wait, following: true, signal }, json);
     return this;
   }
 
@@ -229,7 +231,7 @@ export class Job {
       const problem = this.view.problem ?? canceled;
       throw new Problem(problem.status, problem);
     }
-    return this.#connection.ask(`${this.#path}/image`, { signal }, pictureOf);
+    return this.#connection.ask(`${this.#path}/image`, { following: true, signal }, pictureOf);
   }
 
   /**
@@ -331,13 +333,24 @@ export function checkLayers(what, options) {
 }
 
 /**
+ * The file that a scene is, if it is one: a `Blob`, or the bytes of a buffer or of a view of one.
+ * @param {unknown} scene
+ */
+export function fileOf(scene) {
+  if (scene instanceof Blob) return scene;
+  if (ArrayBuffer.isView(scene)) return new Uint8Array(/** @type {ArrayBuffer} */ (scene.buffer), scene.byteOffset, scene.byteLength);
+  return scene instanceof ArrayBuffer ? new Uint8Array(scene) : undefined;
+}
+
+/**
  * The media type of a scene or a model.
  * @param {import("./client.js").Scene} scene
  */
 export async function typeOf(scene) {
-  if (scene instanceof Blob && scene.type) return scene.type;
-  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return "application/json";
-  const start = scene instanceof Blob ? new Uint8Array(await scene.slice(0, 64).arrayBuffer()) : scene.subarray(0, 64);
+  const file = fileOf(scene);
+  if (!file) return "application/json";
+  if (file instanceof Blob && file.type) return file.type;
+  const start = file instanceof Blob ? new Uint8Array(await file.slice(0, 64).arrayBuffer()) : file.subarray(0, 64);
   // The service knows models by their content.
   return /^\ufeff?\s*({|$)/.test(new TextDecoder().decode(start)) ? "application/json" : "application/octet-stream";
 }
@@ -348,7 +361,18 @@ export async function typeOf(scene) {
  */
 export async function textOf(scene) {
   if (typeof scene === "string") return scene;
-  if (!(scene instanceof Blob || scene instanceof Uint8Array)) return JSON.stringify(scene);
+  const file = fileOf(scene);
+  if (!file) return JSON.stringify(plain(scene));
   if (!/\/json\b/.test(await typeOf(scene))) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
-  return scene instanceof Blob ? scene.text() : new TextDecoder().decode(scene);
+  return file instanceof Blob ? file.text() : new TextDecoder().decode(file);
+}
+
+/**
+ * Refuses what JSON would make `{}` of: promises, streams, maps, forms.
+ * @param {unknown} scene
+ */
+function plain(scene) {
+  const isOther = !isObject(scene) || ["then", "getReader", Symbol.iterator, Symbol.asyncIterator].some((key) => key in /** @type {object} */ (scene));
+  if (!isOther) return scene;
+  throw new TypeError(`a scene is an object, its JSON text, its bytes or a Blob, not ${/** @type {any} */ (scene)?.constructor?.name ?? scene}`);
 }

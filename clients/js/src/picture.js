@@ -1,3 +1,4 @@
+import { foreign, kindOf } from "./connection.js";
 import { DamagedError } from "./problems.js";
 
 /**
@@ -61,21 +62,26 @@ export class Picture {
 }
 
 /**
- * The picture of an answer. A file that was damaged on its way is refused, where the platform can tell.
+ * The picture of an answer. What is none is refused, and a file that was damaged on its way, where the platform can tell.
  * @param {Response} answer
  */
 export async function pictureOf(answer) {
+  if (!kindOf(answer).startsWith("image/")) {
+    await answer.body?.cancel();
+    throw foreign(answer, "a picture");
+  }
   const bytes = new Uint8Array(await answer.arrayBuffer());
   await checkDigest(bytes, answer.headers.get("repr-digest"));
   return new Picture(bytes, answer.headers);
 }
 
 /**
- * Compares with a `Repr-Digest` (RFC 9530), if there is one.
+ * Refuses an empty file, and compares with a `Repr-Digest` (RFC 9530), if there is one.
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @param {string | null | undefined} header
  */
 export async function checkDigest(bytes, header) {
+  if (!bytes.length) throw new DamagedError("the picture is empty: check that the URL is that of the service");
   const wanted = header?.match(/sha-256=:([A-Za-z0-9+/=]+):/)?.[1];
   // Pages without TLS have no `subtle`.
   if (!wanted || !globalThis.crypto?.subtle) return;

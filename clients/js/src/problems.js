@@ -39,8 +39,9 @@ export class Problem extends StrahlError {
    * @param {number} status
    * @param {unknown} document what the service said; an answer of a proxy may be anything
    * @param {number} [retryAfter]
+   * @param {boolean} [isGateway]
    */
-  constructor(status, document, retryAfter) {
+  constructor(status, document, retryAfter, isGateway = false) {
     const known = /** @type {Record<string, unknown>} */ (document && typeof document === "object" ? document : {});
     const text = (/** @type {unknown} */ value) => (typeof value === "string" ? value : "");
     const title = text(known.title) || `HTTP ${status}`, detail = text(known.detail);
@@ -64,6 +65,8 @@ export class Problem extends StrahlError {
     this.limit = /** @type {{ name: string, max: number } | undefined} */ (known.limit);
     /** Seconds to wait before the next try. */
     this.retryAfter = retryAfter;
+    /** Whether it is a server error of something before the service, whose own are documents. */
+    this.isGateway = isGateway;
   }
 
   /** Whether the same request may do later. */

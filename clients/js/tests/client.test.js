@@ -34,13 +34,15 @@ test("linear light, tiles and NFF", async () => {
   assert.equal((await client.render(nff, { format: "pfm" })).floats().width, 16);
   await assert.rejects(client.jobs.submit(nff), TypeError);
   const model = new TextEncoder().encode("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  for (const sent of [model, new Blob([model]), new Blob([model], { type: "model/obj" })]) {
+  for (const sent of [model, model.buffer, new Blob([model]), new Blob([model], { type: "model/obj" })]) {
     assert.equal((await client.render(sent, { width: 20, height: 16, format: "pfm" })).floats().width, 20);
     await assert.rejects(client.jobs.submit(sent), TypeError);
   }
   const json = new TextEncoder().encode(JSON.stringify(SCENE));
-  for (const sent of [json, new Blob([json]), new Blob([json], { type: "application/json; charset=utf-8" })]) {
+  const { buffer } = new TextEncoder().encode(`no JSON${JSON.stringify(SCENE)}`), view = new DataView(buffer, "no JSON".length);
+  for (const sent of [json, json.buffer, view, new Uint8ClampedArray(json), new Blob([json]), new Blob([json], { type: "application/json; charset=utf-8" })]) {
     assert.equal((await client.rays(sent, [{ origin: [0, 1, 5], direction: [0, 0, -1] }])).length, 1);
+    assert((await client.render(sent)).bytes.length);
   }
 });
 
@@ -61,7 +63,7 @@ test("turntables, sequences and assets", async () => {
 
   const model = new TextEncoder().encode("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const name = await client.assets.add(model);
-  assert.equal(await client.assets.add(new Blob([model])), name);
+  for (const same of [model.buffer, new DataView(model.buffer), new Blob([model])]) assert.equal(await client.assets.add(same), name);
   assert.deepEqual(await client.assets.missing([name, "0".repeat(64)]), ["0".repeat(64)]);
   const placed = { ...SCENE, objects: [...SCENE.objects, { model: { asset: name } }] };
   assert.notDeepEqual((await client.render(placed)).bytes, (await client.render(SCENE)).bytes);

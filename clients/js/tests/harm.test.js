@@ -7,7 +7,9 @@ import os from "node:os";
 import path from "node:path";
 import { test } from "node:test";
 import { inspect } from "node:util";
+import vm from "node:vm";
 import { Client, ConnectionError, DamagedError, Job, Problem } from "../src/index.js";
+import { Connection } from "../src/connection.js";
 import { events } from "../src/sse.js";
 import { BINARY, SCENE, between, busyScene, start } from "./service.js";
 
@@ -79,11 +81,19 @@ test("keys", async (about) => {
   await assert.rejects(new Client(service.url, { key: read }).render(SCENE), (error) => error.document.scope === "render");
 });
 
-/** A client of a service that gives these answers, and the requests it got. */
-function answers(...responses) {
+/** Options of a client of a service that gives these answers, and the requests it got. */
+function serviceOf(responses) {
   const got = [], retries = responses.length - 1;
   const fetch = async (url, options) => { got.push({ url, ...options }); const [status, headers, body] = responses.shift(); return new Response(body, { status, headers }); };
-  return [new Client("http://strahl.test", { fetch, retries }), got];
+  return [{ fetch, retries, timeout: 60 }, got];
+}
+function answers(...responses) {
+  const [options, got] = serviceOf(responses);
+  return [new Client("http://strahl.test", options), got];
+}
+function jobOf(state, ...responses) {
+  const [options, got] = serviceOf(responses);
+  return [new Job(new Connection("http://strahl.test", options), { id: "a", state }), got];
 }
 const BUSY = [503, { "retry-after": "0" }, '{"type":"/problems/saturated","detail":"busy"}'];
 const VERSION = [200, {}, '{"name":"strahl"}'];
@@ -202,6 +212,29 @@ test("what only renders have is refused before it is sent, and options that are 
   assert.equal(got[0].url, "http://strahl.test/v1/explain");
 });
 
+test("what is no scene is refused before it is sent", async () => {
+  const [client, got] = answers(VERSION);
+  const streams = [new Blob(["{}"]).stream(), fs.createReadStream(os.devNull)];
+  for (const scene of [Promise.resolve(SCENE), ...streams, null, undefined, 5, [], new Map()]) {
+    for (const ask of [() => client.render(scene), () => client.jobs.submit(scene), () => client.compare({ scene }, { scene })]) {
+      await assert.rejects(ask, /TypeError: a scene is an object, its JSON text, its bytes or a Blob, not \w/);
+    }
+  }
+  assert.equal(got.length, 0);
+  await client.explain(vm.runInNewContext("({ version: 1 })"));
+  assert.equal(got[0].body, '{"version":1}', "an object of another window is one, too");
+});
+
+test("a page of plain http submits jobs, and is told what it cannot do", async (about) => {
+  const { crypto } = globalThis;
+  about.mock.getter(globalThis, "crypto", () => ({ getRandomValues: (bytes) => crypto.getRandomValues(bytes) }));
+  const submitted = [202, {}, '{"id":"a","state":"queued"}'], [client, got] = answers(submitted, submitted);
+  for (let count = 0; count < 2; count++) await client.jobs.submit(SCENE);
+  const keys = got.map(({ headers }) => headers["idempotency-key"]);
+  assert(keys[0] !== keys[1] && keys.every((key) => /^[\da-f]{32}$/.test(key)), keys.join());
+  await assert.rejects(client.assets.add(new Uint8Array(1)), /TypeError: assets.add needs https or localhost/);
+});
+
 test("JSON of something else is damaged, and a wait that is no number is none", async () => {
   const all = async (some) => { for await (const _ of some); };
   for (const [bodies, ask] of [[[], (c) => c.version()], [[], (c) => c.jobs.get("a")], [["{}"], (c) => all(c.jobs.list())], [["{}"], (c) => c.validate(SCENE)], [["{}"], (c) => c.rays(SCENE, [])]]) {
@@ -230,6 +263,46 @@ test("a page is no answer of the service", async () => {
   }
 });
 
+test("what is no picture is damaged", async () => {
+  const damaged = (error) => error instanceof DamagedError && /picture.* check that the URL is that of the service/.test(error.message);
+  const said = (type, body) => [200, { "content-type": type }, body];
+  for (const answer of [said("text/plain", "OK"), said("application/json", "{}"), said("application/xml", "<a/>"), said("image/png", ""), [204, {}, null]]) {
+    for (const ask of [(c) => c.render(SCENE), (c) => c.tile(SCENE, [0, 0, 1, 1]), (c) => c.turntable(SCENE), (c) => c.image("i_a")]) {
+      await assert.rejects(ask(answers(answer)[0]), damaged, String(answer));
+    }
+    await assert.rejects(jobOf("succeeded", answer)[0].wait(), damaged, String(answer));
+  }
+  for (const type of ["image/x-exr", "Image/PNG; a=b"]) assert.equal((await answers(said(type, "x"))[0].render(SCENE)).bytes.length, 1);
+});
+
+test("a job is followed although a gateway cannot reach the service", async (about) => {
+  // The clock is not waited for.
+  const real = globalThis.setTimeout;
+  about.mock.method(globalThis, "setTimeout", (done, ms) => real(done, ms < 45_000 ? 0 : ms));
+  const stream = (text) => [200, { "content-type": "text/event-stream" }, text];
+  const view = (state) => [200, { "content-type": "application/json" }, JSON.stringify({ id: "a", state, progress: {} })];
+  const began = stream('id: 1\nevent: snapshot\ndata: {"state":"running","tiles_total":2}\n\n');
+  const ended = stream("id: 2\nevent: succeeded\ndata: {}\n\n");
+  const states = async (job) => { const seen = []; for await (const { state } of job.progress()) seen.push(state); return seen; };
+  for (const status of [500, 502, 504, 522]) {
+    const gateway = [status, { "content-type": "text/html" }, "<h1>gateway</h1>"];
+    let [job, got] = jobOf("running", began, gateway, gateway, ended);
+    assert.deepEqual(await states(job), ["running", "succeeded"]);
+    assert.deepEqual(got.map(({ headers }) => headers["last-event-id"]), [undefined, "1", "1", "1"]);
+    [job, got] = jobOf("running", gateway, view("running"), gateway, view("succeeded"), gateway, [200, { "content-type": "image/png" }, "x"]);
+    assert.equal((await job.wait()).bytes.length, 1);
+    for (const ask of [states, (job) => job.wait()]) {
+      [job, got] = jobOf("running", ...Array(4).fill(gateway));
+      await assert.rejects(ask(job), (error) => error instanceof Problem && error.status === status);
+      assert.equal(got.length, 4, "it is asked as often as allowed");
+      if (status === 502) continue;
+      [job, got] = jobOf("running", [status, { "content-type": "application/problem+json" }, '{"type":"/problems/internal"}'], gateway);
+      await assert.rejects(ask(job), Problem);
+      assert.equal(got.length, 1, "what the service says is so");
+    }
+  }
+});
+
 test("pointers are decoded as far as they can be", async () => {
   for (const [said, pointer] of [["#/a%20b/%C3%BC~1", "/a b/\u00fc~1"], ["/a%20b", "/a%20b"], ["#/a%zz%C", "/a%zz%C"], ["#/%FF%C3", "/\ufffd\ufffd"], ["#", ""]]) {
     await assert.rejects(answers([422, {}, JSON.stringify({ errors: [{ pointer: said }] })])[0].version(), ({ mistakes }) => mistakes[0].pointer === pointer);
@@ -239,7 +312,7 @@ test("pointers are decoded as far as they can be", async () => {
 test("what is no answer of the service is said as it is", async () => {
   await assert.rejects(answers([404, {}, "<h1>nginx</h1>"])[0].version(), (error) => error instanceof Problem && /404/.test(error.message));
   await assert.rejects(answers(...Array(2).fill([200, {}, "<html>"]))[0].version(), DamagedError);
-  await assert.rejects(answers(...Array(2).fill([200, { "repr-digest": "sha-256=:AAAA:" }, "picture"]))[0].render(SCENE), /SHA-256/);
+  await assert.rejects(answers(...Array(2).fill([200, { "content-type": "image/png", "repr-digest": "sha-256=:AAAA:" }, "picture"]))[0].render(SCENE), /SHA-256/);
   const [client, got] = answers([504, {}, '{"type":"/problems/render-deadline"}'], VERSION);
   await assert.rejects(client.render(SCENE), Problem);
   assert.equal(got.length, 1, "what is too slow is not asked for again");

@@ -14,6 +14,8 @@ export async function use(signal: AbortSignal): Promise<number> {
   const plan = await client.analyze(scene, { precision: "double" });
   const rays: number = plan.actual.rays.camera;
   await client.tile(scene, [0, 0, 8, 8], { format: "exr", layers: "distance" }, { signal });
+  await client.render(new ArrayBuffer(8));
+  await client.assets.add(new DataView(new ArrayBuffer(8)));
   const job: Job = await client.jobs.submit(scene, { priority: 60, labels: ["a"], idempotencyKey: "b" });
   await job.prioritize(70, { signal });
   await job.cancel({ signal });
@@ -26,6 +28,8 @@ export async function use(signal: AbortSignal): Promise<number> {
   }
   // @ts-expect-error there is no such setting
   await client.render(scene, { max_dept: 5 });
+  // @ts-expect-error a promise is no scene
+  await client.render(Promise.resolve(scene));
   // @ts-expect-error jobs have no layers
   await client.jobs.submit(scene, { format: "exr", layers: "distance" });
   // @ts-expect-error streams have no layers

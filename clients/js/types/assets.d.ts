@@ -3,11 +3,12 @@ export class Assets {
     /** @param {import("./connection.js").Connection} connection */
     constructor(connection: import("./connection.js").Connection);
     /**
-     * Sends a file unless the service has it from you; its name in scenes: `sha256:` and digits.
-     * @param {Uint8Array<ArrayBuffer> | Blob} content
+     * Sends a file unless the service has it from you; its name in scenes: `sha256:` and digits. Pages can do so only over https or from
+     * localhost: elsewhere browsers have no SHA-256.
+     * @param {BufferSource | Blob} content
      * @param {import("./client.js").Given} [given]
      */
-    add(content: Uint8Array<ArrayBuffer> | Blob, { signal }?: import("./client.js").Given): Promise<string>;
+    add(content: BufferSource | Blob, { signal }?: import("./client.js").Given): Promise<string>;
     /**
      * Those that you have yet to send, by their digits.
      * @param {string[]} names

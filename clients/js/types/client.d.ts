@@ -1,9 +1,9 @@
 /** @typedef {import("../types/contract.js").components["schemas"]} Schemas */
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
- * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service
- * knows, by a merge patch (RFC 7396).
- * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | Uint8Array<ArrayBuffer> | Blob} Scene
+ * A scene: an object, its JSON text, or a file, in bytes or as a `Blob`. The type of a `Blob` says whether it is
+ * `application/json`, `text/x-nff`, `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a
+ * variation of a scene that the service knows, by a merge patch (RFC 7396).
+ * @typedef {Schemas["Scene"] | { base: string, patch: object } | string | BufferSource | Blob} Scene
  */
 /** @typedef {string | { scene: Scene, settings?: Settings }} ImageLike an image id, or a scene with settings or without */
 /** @typedef {Schemas["Overrides"]} Settings settings over the scene's */
@@ -216,14 +216,14 @@ export class Client {
 }
 export type Schemas = import("../types/contract.js").components["schemas"];
 /**
- * A scene: an object, its JSON text, or a file. The type of a `Blob` says whether it is `application/json`, `text/x-nff`,
- * `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a variation of a scene that the service
- * knows, by a merge patch (RFC 7396).
+ * A scene: an object, its JSON text, or a file, in bytes or as a `Blob`. The type of a `Blob` says whether it is
+ * `application/json`, `text/x-nff`, `application/gzip` or a model (`model/gltf-binary`); models in bytes need none. Or a
+ * variation of a scene that the service knows, by a merge patch (RFC 7396).
  */
 export type Scene = Schemas["Scene"] | {
     base: string;
     patch: object;
-} | string | Uint8Array<ArrayBuffer> | Blob;
+} | string | BufferSource | Blob;
 /**
  * an image id, or a scene with settings or without
  */

@@ -24,9 +24,13 @@ export function headerValue(what: string, text: string): string;
 export const PATIENCE: 120;
 /** When something is tried again: as the service says, else twice as long each time. */
 export class Backoff {
-    /** @param {number} retries */
-    constructor(retries: number);
+    /**
+     * @param {number} retries
+     * @param {boolean} [following] Whether a job is followed: what a gateway says of a service that it cannot reach is a break then.
+     */
+    constructor(retries: number, following?: boolean);
     retries: number;
+    following: boolean;
     /**
      * Seconds until the next try; undefined if there is none.
      * @param {unknown} error
@@ -43,6 +47,7 @@ export function pause(seconds: number, signal?: AbortSignal): Promise<void>;
  * @property {Record<string, string>} [headers]
  * @property {BodyInit} [body]
  * @property {boolean} [once] It must not be sent again if it may have been received.
+ * @property {boolean} [following] It follows a job, which goes on whatever a gateway says.
  * @property {number} [patience] Seconds that the service may take beyond the usual.
  * @property {AbortSignal} [signal]
  */
@@ -101,7 +106,10 @@ export class Connection {
     shown(cause: unknown): unknown;
 }
 export function withList(name: string): (answer: Response) => Promise<any>;
+export function hexOf(bytes: Uint8Array): string;
 export function isObject(value: unknown): boolean;
+export function kindOf(answer: Response): string;
+export function foreign(answer: Response, wanted: string, cause?: unknown): DamagedError;
 /**
  * A request.
  */
@@ -118,8 +126,13 @@ export type Asked = {
      */
     once?: boolean | undefined;
     /**
+     * It follows a job, which goes on whatever a gateway says.
+     */
+    following?: boolean | undefined;
+    /**
      * Seconds that the service may take beyond the usual.
      */
     patience?: number | undefined;
     signal?: AbortSignal | undefined;
 };
+import { DamagedError } from "./problems.js";

@@ -4047,7 +4047,8 @@ export interface components {
             flip_pixels: number;
             /**
              * Format: double
-             * @description Seconds a client may take to send a request's headers.
+             * @description Seconds a client may take to send a request's headers. A connection without requests is closed after as long: proxies that
+             *     keep connections need less, or some requests meet one that closes.
              */
             header_timeout_s: number;
             /**

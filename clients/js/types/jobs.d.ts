@@ -10,6 +10,11 @@ export function checked(id: string): string;
  */
 export function checkLayers(what: string, options: object): void;
 /**
+ * The file that a scene is, if it is one: a `Blob`, or the bytes of a buffer or of a view of one.
+ * @param {unknown} scene
+ */
+export function fileOf(scene: unknown): Uint8Array<ArrayBuffer> | Blob | undefined;
+/**
  * The media type of a scene or a model.
  * @param {import("./client.js").Scene} scene
  */

@@ -1,10 +1,10 @@
 /**
- * The picture of an answer. A file that was damaged on its way is refused, where the platform can tell.
+ * The picture of an answer. What is none is refused, and a file that was damaged on its way, where the platform can tell.
  * @param {Response} answer
  */
 export function pictureOf(answer: Response): Promise<Picture>;
 /**
- * Compares with a `Repr-Digest` (RFC 9530), if there is one.
+ * Refuses an empty file, and compares with a `Repr-Digest` (RFC 9530), if there is one.
  * @param {Uint8Array<ArrayBuffer>} bytes
  * @param {string | null | undefined} header
  */

@@ -26,8 +26,9 @@ export class Problem extends StrahlError {
      * @param {number} status
      * @param {unknown} document what the service said; an answer of a proxy may be anything
      * @param {number} [retryAfter]
+     * @param {boolean} [isGateway]
      */
-    constructor(status: number, document: unknown, retryAfter?: number);
+    constructor(status: number, document: unknown, retryAfter?: number, isGateway?: boolean);
     status: number;
     /** The whole document. */
     document: Record<string, unknown>;
@@ -47,6 +48,8 @@ export class Problem extends StrahlError {
     } | undefined;
     /** Seconds to wait before the next try. */
     retryAfter: number | undefined;
+    /** Whether it is a server error of something before the service, whose own are documents. */
+    isGateway: boolean;
     /** Whether the same request may do later. */
     get isBusy(): boolean;
 }

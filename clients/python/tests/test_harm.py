@@ -1,5 +1,6 @@
 """Cut connections, a service that is killed, wrong keys, busy services, thousands of events."""
 
+import asyncio
 import contextlib
 import json
 import math
@@ -15,7 +16,7 @@ import pytest
 from conftest import BINARY, SCENE, Service, busy_scene
 
 import strahl
-from strahl import Client
+from strahl import AsyncClient, Client
 from strahl.events import Parser
 from strahl.parts import Parts
 
@@ -165,6 +166,47 @@ def test_an_answer_in_small_pieces_takes_no_longer_than_the_client_says():
         with pytest.raises(strahl.Unreachable, match="timed out"):
             Client(f"http://127.0.0.1:{listener.getsockname()[1]}", timeout=0.5).version()
         assert time.monotonic() - started < 2
+
+
+@pytest.mark.parametrize("kind", [httpx.ConnectTimeout, httpx.WriteTimeout, httpx.PoolTimeout])
+def test_a_time_that_is_over_is_over_for_each_part_of_a_request(kind, tmp_path):
+    got = []
+
+    def late(request):
+        got.append(request)
+        raise kind("timed out")
+
+    client = Client("http://strahl.test", transport=httpx.MockTransport(late))
+    job = strahl.Job(client, {"id": "a", "state": "succeeded"})
+    asks = (client.version, lambda: list(client.stream(SCENE)), lambda: job.download(tmp_path / "a.png"))
+    for number, ask in enumerate(asks, 1):
+        with pytest.raises(strahl.Unreachable, match="timed out"):
+            ask()
+        assert len(got) == number
+
+
+def test_a_wait_for_a_job_keeps_its_time():
+    async def wait(client):
+        async with client:
+            await strahl.AsyncJob(client, {"id": "a", "state": "running"}).wait(timeout=0.5)
+
+    def busy(_):
+        return httpx.Response(503, headers={"retry-after": "30"})
+
+    def waits(url, transport=None):
+        yield lambda: strahl.Job(Client(url, transport=transport), {"id": "a", "state": "running"}).wait(timeout=0.5)
+        yield lambda: asyncio.run(wait(AsyncClient(url, transport=transport)))
+
+    def all_late(*some):
+        for one in some:
+            started = time.monotonic()
+            with pytest.raises(TimeoutError, match=r"job a is running after 0\.5 seconds"):
+                one()
+            assert 0.5 <= time.monotonic() - started < 2
+
+    with silent_after(b"", b"") as (url, _):
+        all_late(*waits(url))
+    all_late(*waits("http://strahl.test", httpx.MockTransport(busy)), *waits("http://127.0.0.1:1"))
 
 
 @contextlib.contextmanager
@@ -326,7 +368,8 @@ def test_a_download_that_ends_otherwise_leaves_nothing(tmp_path):
             yield b"a part"
             raise KeyboardInterrupt
 
-    client = Client("http://strahl.test", transport=httpx.MockTransport(lambda request: httpx.Response(200, stream=Cut())))
+    answer = httpx.Response(200, headers={"content-type": "image/png"}, stream=Cut())
+    client = Client("http://strahl.test", transport=httpx.MockTransport(lambda request: answer))
     with pytest.raises(KeyboardInterrupt):
         strahl.Job(client, {"id": "a", "state": "succeeded"}).download(tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
@@ -339,7 +382,7 @@ def test_an_answer_that_cannot_be_unpacked_is_damaged(tmp_path):
                 lambda: list(client.jobs.events()), lambda: job.download(tmp_path / "a.png")]
 
     for number in range(6):
-        kind = {2: "multipart/mixed", 3: "text/event-stream", 4: "text/event-stream"}.get(number, "application/json")
+        kind = {2: "multipart/mixed", 3: "text/event-stream", 4: "text/event-stream", 5: "image/png"}.get(number, "application/json")
 
         def answer(request, kind=kind):
             stream = httpx.ByteStream(b"no gzip")
@@ -365,6 +408,51 @@ def test_a_page_is_no_answer_of_the_service():
         assert len(got) == 2
 
 
+def test_what_is_no_picture_is_damaged(tmp_path):
+    def asks(client):
+        job = strahl.Job(client, {"id": "a", "state": "succeeded"})
+        return [lambda: client.render(SCENE), lambda: client.tile(SCENE, (0, 0, 1, 1)), lambda: client.turntable(SCENE, 2), job.wait,
+                lambda: client.image("i_a"), lambda: job.download(tmp_path / "a.png")]
+
+    said = [(200, "text/plain", b"OK"), (200, "application/json", b"{}"), (200, "application/xml", b"<a/>"), (200, "image/png", b""), (204, "", b"")]
+    for status, kind, body in said:
+        for number in range(6):
+            client, _ = answers((status, {"content-type": kind} if kind else {}, body), retries=0)
+            with pytest.raises(strahl.Damaged, match="picture.* check that the URL is that of the service"):
+                asks(client)[number]()
+    assert not list(tmp_path.iterdir())
+    for kind in ("image/x-exr", "Image/PNG; a=b"):
+        assert answers((200, {"content-type": kind}, b"x"))[0].render(SCENE).content == b"x"
+
+
+STREAM = {"content-type": "text/event-stream"}
+RUNNING = (200, {}, b'{"id":"a","state":"running"}')
+DONE = (200, {}, b'{"id":"a","state":"succeeded"}')
+
+
+@pytest.mark.parametrize("status", [500, 502, 504, 522])
+def test_a_job_is_followed_although_a_gateway_cannot_reach_the_service(status, monkeypatch):
+    monkeypatch.setattr("time.sleep", lambda _: None)
+    gateway = (status, {"content-type": "text/html"}, b"<h1>gateway</h1>")
+    began = (200, STREAM, b'id: 1\nevent: snapshot\ndata: {"state":"running","tiles_total":2}\n\n')
+    ended = (200, STREAM, b"id: 2\nevent: succeeded\ndata: {}\n\n")
+    client, got = answers(began, gateway, gateway, ended)
+    assert [one.state for one in strahl.Job(client, {"id": "a"}).progress()] == ["running", "succeeded"]
+    assert [request.headers.get("last-event-id") for request in got] == [None, "1", "1", "1"]
+    client, got = answers(gateway, RUNNING, gateway, DONE, gateway, (200, {"content-type": "image/png"}, b"x"))
+    assert strahl.Job(client, {"id": "a", "state": "running"}).wait().content == b"x" and len(got) == 6
+    for ask in (lambda job: list(job.progress()), lambda job: job.wait()):
+        client, got = answers(*[gateway] * 4)
+        with pytest.raises(strahl.Problem, match=str(status)):
+            ask(strahl.Job(client, {"id": "a", "state": "running"}))
+        assert len(got) == 4, "it is asked as often as allowed"
+        if status != 502:
+            client, got = answers((status, {"content-type": "application/problem+json"}, b'{"type":"/problems/internal"}'))
+            with pytest.raises(strahl.Problem):
+                ask(strahl.Job(client, {"id": "a", "state": "running"}))
+            assert len(got) == 1, "what the service says is so"
+
+
 def test_pointers_are_decoded_as_far_as_they_can_be():
     for said, pointer in (("#/a%20b/%C3%BC~1", "/a b/\u00fc~1"), ("/a%20b", "/a%20b"), ("#/a%zz%C", "/a%zz%C"), ("#/%FF%C3", "/\ufffd\ufffd"), ("#", "")):
         client, _ = answers((422, {}, json.dumps({"errors": [{"pointer": said}]}).encode()))
@@ -384,7 +472,7 @@ def test_what_is_no_answer_of_the_service_is_said_as_it_is():
     with pytest.raises(strahl.TooSlow):
         client.render(SCENE)
     assert len(got) == 1, "what is too slow is not asked for again"
-    damaged = (200, {"repr-digest": "sha-256=:AAAA:"}, b"picture")
+    damaged = (200, {"content-type": "image/png", "repr-digest": "sha-256=:AAAA:"}, b"picture")
     client, got = answers(*[damaged] * 2, retries=1)
     with pytest.raises(strahl.Damaged, match="SHA-256"):
         client.render(SCENE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import time
 import uuid
@@ -86,7 +87,7 @@ class AsyncClient:
             if finer.over:
                 return
             # Who gives a time wants to wait no longer than that for an answer; one that falls silent is torn.
-            late = isinstance(error, httpx.ReadTimeout) and not answered
+            late = isinstance(error, httpx.TimeoutException) and not answered
             if (seconds := None if late else backoff.next(error)) is None:
                 give_up(error, self._http.base_url)
             await anyio.sleep(seconds)
@@ -167,21 +168,25 @@ class AsyncClient:
         """The service's version."""
         return await self._do(calls.get("/v1/version", contract.Version))
 
-    async def _do(self, call: Call[T]) -> T:
-        backoff = Backoff(self.retries)
-        while True:
+    async def _do(self, call: Call[T], end: float = math.inf) -> T:
+        """Asks, again if the service is busy or away, and reads the answer. Raises `TimeoutError` at the time `end`."""
+        backoff = Backoff(self.retries, following=call.following)
+        while (left := end - time.monotonic()) > 0:
             try:
-                return call.read(await self._send(call))
+                return call.read(await self._send(call, left))
             except FAILURES as error:
+                if (left := end - time.monotonic()) <= 0:
+                    break
                 repeatable = call.repeatable or isinstance(error, (Problem, httpx.ConnectError))
                 # Who gives a time wants to wait no longer than that.
-                seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.ReadTimeout) else None
+                seconds = backoff.next(error) if repeatable and not isinstance(error, httpx.TimeoutException) else None
                 if seconds is None:
                     give_up(error, self._http.base_url)
-            await anyio.sleep(seconds)
+            await anyio.sleep(min(seconds, left))
+        raise TimeoutError
 
-    async def _send(self, call: Call[T]) -> httpx.Response:
-        limit, content = self._timeout + call.patience, bytearray()
+    async def _send(self, call: Call[T], left: float) -> httpx.Response:
+        limit, content = min(self._timeout + call.patience, left), bytearray()
         until = time.monotonic() + limit
         stream = self._http.stream(call.method, call.path, params=call.query or None, headers=call.headers, content=call.body, timeout=limit)
         async with stream as begun:
@@ -326,16 +331,16 @@ class AsyncJob:
                 yield progress
 
     async def wait(self, *, timeout: float | None = None, on_progress: Callable[[Progress], object] | None = None) -> Picture:
-        """Waits for its end; its picture. Raises `JobFailed`, and `TimeoutError` after so many seconds.
+        """Waits for its end; its picture. Raises `JobFailed`, and `TimeoutError` if it goes on after so many seconds.
 
         `on_progress` is told each second how far it is; `progress` tells it at once.
         """
-        until = None if timeout is None else time.monotonic() + timeout
+        end = math.inf if timeout is None else time.monotonic() + timeout
         while self.state in {"queued", "running"}:
-            left = 20.0 if until is None else until - time.monotonic()
-            if not left > 0:
-                raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds")
-            await self.refresh(wait=1 if on_progress else max(1, int(min(20, left))))
+            try:
+                self.view = await self._client._do(calls.job(self.id, 1 if on_progress else 20), end)
+            except TimeoutError:
+                raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds") from None
             if on_progress:
                 on_progress(progress_of(self.view))
         return await self.result()
@@ -344,7 +349,7 @@ class AsyncJob:
         """Its picture, if it has succeeded."""
         if self.state in {"failed", "canceled"}:
             raise failure_of(self.view)
-        return await self._client._do(calls.job_picture(self.id, "image"))
+        return await self._client._do(calls.job_result(self.id))
 
     async def download(self, path: str | os.PathLike[str]) -> None:
         """Writes its picture to a file, without keeping it in memory. The file is there only if it is whole."""
@@ -353,9 +358,11 @@ class AsyncJob:
         backoff = Backoff(self._client.retries)
         try:
             while True:
-                digest = hashlib.sha256()
+                digest, answered = hashlib.sha256(), False
                 try:
                     async with self._client._stream("GET", f"/v1/jobs/{self.id}/image", {}, self._client._timeout) as response:
+                        calls.check_picture(response)
+                        answered = True
                         with open(part, "wb") as file:
                             async for chunk in response.aiter_bytes():
                                 file.write(chunk)
@@ -363,7 +370,8 @@ class AsyncJob:
                         check_digest(digest.digest(), response.headers)
                     return os.replace(part, path)
                 except FAILURES as error:
-                    if (seconds := backoff.next(error)) is None:
+                    late = isinstance(error, httpx.TimeoutException) and not answered
+                    if (seconds := None if late else backoff.next(error)) is None:
                         give_up(error, self._client._http.base_url)
                 await anyio.sleep(seconds)
         finally:

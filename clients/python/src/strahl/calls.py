@@ -99,6 +99,8 @@ class Call(Generic[T]):
     repeatable: bool = True
     #: Seconds that the service may take for the answer beyond the usual.
     patience: float = 0.0
+    #: Whether it follows a job, which goes on whatever a gateway says.
+    following: bool = False
 
 
 def check(response: httpx.Response, wanted: str | None = None) -> None:
@@ -117,7 +119,8 @@ def _refuse(response: httpx.Response) -> NoReturn:
         document = response.text
     # A date would need a clock that agrees; the service sends seconds.
     after = response.headers.get("retry-after", "")
-    raise problem_of(response.status_code, document, float(after) if after.isdecimal() else None)
+    is_gateway = response.status_code >= 500 and _kind(response) != "application/problem+json"
+    raise problem_of(response.status_code, document, float(after) if after.isdecimal() else None, is_gateway)
 
 
 def _kind(response: httpx.Response) -> str:
@@ -155,7 +158,14 @@ def _list(name: str, _: type[T]) -> Callable[[httpx.Response], list[T]]:
     return lambda response: cast(list[T], _with_list(response, name)[name])
 
 
+def check_picture(response: httpx.Response) -> None:
+    """Refuses an answer that is none of the service's pictures."""
+    if not _kind(response).startswith("image/"):
+        raise _foreign(response, "a picture")
+
+
 def _picture(response: httpx.Response) -> Picture:
+    check_picture(response)
     return picture_of(response.content, response.headers)
 
 
@@ -354,7 +364,7 @@ def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, l
 
 def job(job_id: str, wait: int | None = None) -> Call[contract.JobView]:
     headers = {"Prefer": f"wait={wait}"} if wait else {}
-    return Call("GET", f"/v1/jobs/{_id(job_id)}", _read(contract.JobView), headers=headers, patience=wait or 0)
+    return Call("GET", f"/v1/jobs/{_id(job_id)}", _read(contract.JobView), headers=headers, patience=wait or 0, following=True)
 
 
 def jobs(state: str | None, label: str | None, limit: int | None, cursor: str | None) -> Call[contract.JobList]:
@@ -378,6 +388,10 @@ def prioritize(job_id: str, priority: int, etag: str | None) -> Call[contract.Jo
 
 def job_picture(job_id: str, part: str, query: Mapping[str, Any] | None = None) -> Call[Picture]:
     return Call("GET", f"/v1/jobs/{_id(job_id)}/{part}", _picture, query_of(query or {}), patience=30)
+
+
+def job_result(job_id: str) -> Call[Picture]:
+    return Call("GET", f"/v1/jobs/{_id(job_id)}/image", _picture, patience=30, following=True)
 
 
 def job_frames(job_id: str) -> Call[contract.FrameList]:

@@ -2138,7 +2138,8 @@ class RequestLimits(TypedDict):
     disk_cache_bytes: int | None
     # Pixels of pictures that `POST /v1/compare` compares by FLIP and CIEDE2000.
     flip_pixels: int
-    # Seconds a client may take to send a request's headers.
+    # Seconds a client may take to send a request's headers. A connection without requests is closed after as long:
+    # proxies that keep connections need less, or some requests meet one that closes.
     header_timeout_s: float
     # Bytes of the scenes posted to /v1/scenes.
     known_scene_bytes: int

@@ -89,7 +89,7 @@ class Follower:
     def __init__(self, since: str = "", retries: int = 5, *, endless: bool = False) -> None:
         self.last_id = header_value("the id of an event", since)
         self.over = False
-        self._endless, self._retries, self._backoff = endless, retries, Backoff(retries)
+        self._endless, self._retries, self._backoff = endless, retries, Backoff(retries, following=True)
         self._parser, self._answered = Parser(), False
         # Seconds to wait before each further connection, and before the next one, at least.
         self._usual = _USUAL
@@ -119,7 +119,7 @@ class Follower:
         """Seconds until the stream is opened again; raises if that is of no use."""
         # A stream that was answered is alive, also if nothing happened on it. What is damaged may be so each time.
         if self._answered and not isinstance(shown(error, url), Damaged):
-            self._backoff = Backoff(self._retries)
+            self._backoff = Backoff(self._retries, following=True)
         seconds, self._pause, self._answered = self._pause, None, False
         if seconds is None and (seconds := self._backoff.next(error)) is None:
             give_up(error, url)

@@ -16,6 +16,7 @@ from .problems import Damaged
 if TYPE_CHECKING:
     import numpy
 
+_EMPTY = hashlib.sha256().digest()
 _MEMBER = re.compile(r'(?<![;\w])([\w-]+)(?:=(?:"((?:[^"\\]|\\.)*)"|([^,;\s]*)))?((?:;[^,]*)?)')
 
 
@@ -145,7 +146,9 @@ def error_of(header: str) -> Error:
 
 
 def check_digest(digest: bytes, headers: Mapping[str, str]) -> None:
-    """Compares with `Repr-Digest` (RFC 9530), if there is one."""
+    """Refuses an empty file, and compares with `Repr-Digest` (RFC 9530), if there is one."""
+    if digest == _EMPTY:
+        raise Damaged("the picture is empty: check that the URL is that of the service")
     found = re.search(r"sha-256=:([A-Za-z0-9+/=]+):", headers.get("repr-digest", ""))
     if found and base64.b64encode(digest).decode() != found[1]:
         raise Damaged("the picture was damaged on its way: its SHA-256 is not that of Repr-Digest")

@@ -54,7 +54,7 @@ class Mistake:
 class Problem(StrahlError):
     """An answer that is a problem."""
 
-    def __init__(self, status: int, document: dict[str, Any], retry_after: float | None = None) -> None:
+    def __init__(self, status: int, document: dict[str, Any], retry_after: float | None = None, is_gateway: bool = False) -> None:
         self.status = status
         #: The whole document.
         self.document = document
@@ -66,6 +66,8 @@ class Problem(StrahlError):
         self.request_id = str(document.get("instance") or "")
         #: Seconds to wait before the next try.
         self.retry_after = retry_after
+        #: Whether it is a server error of something before the service, whose own are documents.
+        self.is_gateway = is_gateway
         entries = document.get("errors")
         self.mistakes = [_mistake(one) for one in entries if isinstance(one, dict)] if isinstance(entries, list) else []
         #: How many more mistakes there are.
@@ -140,12 +142,12 @@ _BY_STATUS: dict[int, type[Problem]] = {
 }
 
 
-def problem_of(status: int, document: Any, retry_after: float | None = None) -> Problem:
+def problem_of(status: int, document: Any, retry_after: float | None = None, is_gateway: bool = False) -> Problem:
     """The exception for a document. An answer of a proxy may be no document at all."""
     if not isinstance(document, dict):
         document = {"detail": str(document)[:500]} if document else {}
     slug = str(document.get("type") or "").rsplit("/", 1)[-1]
-    return _BY_SLUG.get(slug, _BY_STATUS.get(status, Problem))(status, document, retry_after)
+    return _BY_SLUG.get(slug, _BY_STATUS.get(status, Problem))(status, document, retry_after, is_gateway)
 
 
 def failure_of(view: contract.JobView) -> JobFailed:

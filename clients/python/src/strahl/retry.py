@@ -23,8 +23,9 @@ _UNSENT = (httpx.InvalidURL, httpx.LocalProtocolError, httpx.UnsupportedProtocol
 class Backoff:
     """When to try again: as the service says, else twice as long each time."""
 
-    def __init__(self, retries: int) -> None:
-        self._retries, self._tries = retries, 0
+    def __init__(self, retries: int, *, following: bool = False) -> None:
+        # Whether a job is followed: what a gateway says of a service that it cannot reach is a break then.
+        self._retries, self._tries, self._following = retries, 0, following
 
     def next(self, error: Exception) -> float | None:
         """Seconds until the next try; None if there is none."""
@@ -32,7 +33,7 @@ class Backoff:
             return None
         self._tries += 1
         if isinstance(error, Problem):
-            if error.status not in _BUSY:
+            if error.status not in _BUSY and not (self._following and error.is_gateway):
                 return None
             if error.retry_after is not None:
                 return min(error.retry_after, PATIENCE)
