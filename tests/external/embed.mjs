@@ -1,7 +1,7 @@
 // Pages with <strahl-picture> in headless Chromium. Called by embed.py.
 //
 // Page, element and service have three addresses, as they would have in use. Between them is a proxy, which counts streams,
-// cuts them, and can be busy or away.
+// cuts them, can be busy or away, and can have a gateway that answers instead.
 import fs from "node:fs";
 import http from "node:http";
 import path from "node:path";
@@ -77,6 +77,7 @@ const proxied = http.createServer((request, response) => {
     return response.writeHead(503, { ...allow, "access-control-expose-headers": "Retry-After", "retry-after": "1", "content-type": "application/problem+json" })
       .end(JSON.stringify({ type: "/problems/saturated", title: "busy", status: 503, detail: "busy" }));
   }
+  if (request.method !== "OPTIONS" && rest !== "/embed.js" && proxy.instead?.(rest, response, allow, request)) return;
   if (isStream) { proxy.streams++; proxy.most = Math.max(proxy.most, proxy.streams); response.on("close", () => proxy.streams--); }
   if (name === "flood") return flood(rest, response, allow);
   const port = name === "open" ? openPort : closedPort;
@@ -119,6 +120,7 @@ const host = http.createServer((request, response) => {
   }
   if (pathname === "/watch.js") return response.end(watch);
   if (pathname === "/hasty.js") return response.end("const real = setTimeout; window.setTimeout = (run, ms) => real(run, ms / 20);");
+  if (pathname === "/early.js") return response.end(`document.getElementById("p").key = "${key}";`);
   if (pathname === "/scene.json") return response.end(JSON.stringify(scene));
   if (pathname === "/models/Box.glb" || pathname === "/models/cube.obj") {
     // As a plain file server has them, which knows neither.
@@ -140,15 +142,23 @@ const browser = await puppeteer.launch({ executablePath: browserPath, headless: 
 
 let page;
 const problems = [];
-async function show(html, address = "/page") {
+async function show(html, address = "/page", instead = undefined) {
   body = html;
-  Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined, away: false, missed: 0 });
+  Object.assign(proxy, { most: 0, asked: [], cutAfter: 0, cut: 0, busy: 0, busyAt: [], busyOn: undefined, away: false, missed: 0, instead });
   page = await browser.newPage();
   await page.setCacheEnabled(false);
   await page.setViewport({ width: 1200, height: 800 });
   page.on("pageerror", (error) => problems.push(String(error)));
   await page.goto(origin + address);
   return page;
+}
+/** The same with timers that run 20 times as fast, and a page that nobody sees; `instead` answers from the start. */
+async function hasten(html, { hidden = false, instead } = {}) {
+  await show("");
+  proxy.instead = instead;
+  if (hidden) await page.evaluateOnNewDocument(() => Object.defineProperty(document, "hidden", { value: true }));
+  body = `<script src="/hasty.js"></script>${html}`;
+  await page.goto(`${origin}/page`);
 }
 async function leave() {
   problems.push(...await page.evaluate(() => window.violations));
@@ -453,9 +463,7 @@ const flows = {
   },
   async "images and scenes say that the service is away, and wait for as long as it is"() {
     const { image_id: image } = await ask(`http://127.0.0.1:${openPort}/v1/scenes`, "POST", scene);
-    await show("");
-    body = `<script src="/hasty.js"></script>${mine("i", `open" width="300"`)}${mine("s", `open" width="200" height="150"`)}`;
-    await page.goto(`${origin}/page`);
+    await hasten(mine("i", `open" width="300"`) + mine("s", `open" width="200" height="150"`));
     proxy.away = true;
     await page.evaluate((image) => {
       document.getElementById("i").setAttribute("image", image);
@@ -475,6 +483,129 @@ const flows = {
       assert.equal((await boxes(id)).says, "");
     }
     return `${proxy.missed} tries`;
+  },
+  async "a gateway that says 5xx in its own words is a service that is away"() {
+    const { image_id: image } = await ask(`http://127.0.0.1:${openPort}/v1/scenes`, "POST", scene);
+    const kinds = { j: /jobs/, i: /xyz|images/, s: /render/ }, statuses = [504, 500, 520, 502, 503];
+    for (const hidden of [false, true]) {
+      const missed = { j: 0, i: 0, s: 0 };
+      const instead = (rest, response, allow) => {
+        const kind = Object.keys(kinds).find((name) => kinds[name].test(rest));
+        response.writeHead(statuses[missed[kind]++ % 5], { ...allow, "content-type": "text/html" }).end("<h1>Bad gateway</h1>");
+        return true;
+      };
+      await hasten(mine("j", `open" job="${await submit(openPort, 4, 256)}"`) + mine("i", `open" image="${image}" width="300"`)
+        + mine("s", `open" scene="/scene.json" width="200" height="150"`), { hidden, instead });
+      // More often than a service that is busy.
+      await until("tries", () => Object.values(missed).every((count) => count >= 8), 60_000);
+      for (const id of Object.keys(kinds)) assert.equal((await last("progress", id)).state, "offline", id);
+      proxy.instead = undefined;
+      for (const id of Object.keys(kinds)) {
+        await done(id);
+        const states = (await seen("progress", id)).map(({ detail }) => detail.state);
+        assert.equal(states.filter((state, i) => state === "waiting" && states[i + 1] === "offline").length, 1, `only the first try waits: ${states}`);
+      }
+      await leave();
+    }
+    await show("");
+  },
+  async "problem documents of the service mean what they say"() {
+    const says = (status, left) => (rest, response, allow) => left-- > 0 && response.writeHead(status, { ...allow, "content-type": "application/problem+json" })
+      .end(JSON.stringify({ title: "no", status, detail: `says ${status}` }));
+    // Busy: asked some more times. Too long: not asked again.
+    for (const [status, asked] of [[503, 6], [429, 6], [504, 1], [500, 1]]) {
+      await hasten(mine("p", `open" image="i_x" width="300"`), { instead: says(status, 100) });
+      const { message, problem } = await failed("p");
+      assert.deepEqual([message, problem.status, proxy.asked.filter(({ url }) => url.startsWith("/xyz")).length], [`says ${status}`, status, asked]);
+      await leave();
+    }
+    // A stream that is busy is asked for until there is room.
+    await hasten(mine("p", `open" job="${await submit(openPort, 4, 256)}"`), { instead: says(503, 8) });
+    await done("p");
+  },
+  async "what refuses a job is named"() {
+    const instead = (rest, response, allow) => response.writeHead(403, { ...allow, "content-type": "text/html" }).end("<h1>No</h1>");
+    for (const hidden of [false, true]) {
+      await hasten(mine("p", `open" job="x" width="300"`), { hidden, instead });
+      const { status, message, problem } = await failed("p");
+      assert.deepEqual([status, message, (await boxes()).says, !problem], [403, "HTTP 403", "HTTP 403", true]);
+      await leave();
+    }
+    await show("");
+  },
+  async "pages where the service should be are an error that says so"() {
+    const instead = (rest, response, allow) => response.writeHead(200, { ...allow, "content-type": "text/html; charset=utf-8" }).end("<!doctype html><div id=app></div>");
+    for (const hidden of [false, true]) {
+      await hasten(["job", "image", "scene"].map((name) => mine(name, `open" ${name}="/scene.json" width="300"`)).join(""), { hidden, instead });
+      for (const name of ["job", "image", "scene"]) assert.equal((await failed(name)).message, "no answer of the service: check src");
+      await leave();
+    }
+    await show("");
+  },
+  async "a key of before the module counts"() {
+    const id = await submit(closedPort, 1, 128, authorization);
+    await show(`${mine("p", `closed" job="${id}"`)}<script src="/early.js"></script>`);
+    await done("p");
+    await page.evaluate(() => { document.getElementById("p").key = "another"; });
+    assert.equal((await failed("p")).status, 401);
+  },
+  async "requests without an answer make room for others, and are asked again"() {
+    const id = await submit(openPort, 4, 256);
+    let hangs = 2;
+    // Three pictures that never come, and the first streams of a job.
+    await hasten([1, 2, 3].map((i) => mine(`never${i}`, `open" image="i_never${i}" width="100"`)).join("")
+      + mine("p", `open" scene="/scene.json" width="200" height="150"`) + mine("j", `open" job="${id}"`),
+    { instead: (rest) => /never/.test(rest) || /events/.test(rest) && hangs-- > 0 });
+    await done("p", 30_000);
+    await done("j", 60_000);
+    assert((await seen("progress", "j")).some(({ detail }) => detail.state === "offline"), "a stream that never begins is away");
+    const again = (i) => proxy.asked.filter(({ url }) => url.includes(`never${i}`)).length;
+    await until("more tries", () => again(1) > 1 && again(2) > 1 && again(3) > 1, 30_000);
+    for (const i of [1, 2, 3]) assert.equal((await last("progress", `never${i}`)).state, "offline");
+  },
+  async "a long download is not cut"() {
+    let downloads = 0;
+    // 5 s are 100 for the page.
+    await hasten(mine("p", `flood" job="flood"`), { instead: (rest, response, allow) => {
+      if (!rest.endsWith("/image")) return false;
+      downloads++;
+      response.writeHead(200, { ...allow, "content-type": "image/png" }).write(small.subarray(0, 100));
+      return setTimeout(() => response.end(small.subarray(100)), 5_000);
+    } });
+    await done("p", 30_000);
+    assert.equal(downloads, 1);
+  },
+  async "scenes that wait for each other are not scenes that take long"() {
+    // Three at a time, 1.2 s each: the last have waited for longer than 4 s.
+    await show([...Array(12).keys()].map((i) => mine(`p${i}`, `open" scene="/scene.json" width="${48 + i}" height="32"`)).join(""), "/page",
+      (rest, response, allow) => rest.startsWith("/v1/render")
+        && setTimeout(() => response.writeHead(200, { ...allow, "content-type": "image/png" }).end(small), rest.includes("time:") ? 100 : 1_200));
+    for (let i = 0; i < 12; i++) await done(`p${i}`);
+    assert.equal(proxy.asked.filter(({ method, url }) => method === "POST" && url.startsWith("/v1/render")).length, 24, "it is asked for as a job");
+    await leave();
+    // One that does take long.
+    let jobs = 0;
+    await hasten(mine("p", `open" scene="/scene.json" width="200" height="150"`), { instead: (rest, response, allow, { headers }) => {
+      jobs += headers.prefer === "respond-async";
+      return rest.startsWith("/v1/render") && !rest.includes("time:") && !headers.prefer;
+    } });
+    await done("p");
+    assert.equal(jobs, 1);
+  },
+  async "scripts zoom no further than people"() {
+    await show("", "/index.html");
+    await done("scene");
+    const zoom = (...to) => page.$eval("#scene", (one, to) => { one.zoomTo(...to.map(Number)); return one.view; }, to.map(String));
+    for (const scale of [0, NaN, 0.1, -3]) assert.deepEqual(await zoom(scale, 0.2, 0.2), { scale: 1, x: 0.5, y: 0.5 }, `${scale}`);
+    assert.deepEqual(await zoom(4, NaN, 7), { scale: 4, x: 0.5, y: 0.875 });
+    const { scale } = await zoom(1e9, 0.3, 0.3);
+    for (let i = 0; i < 3; i++) await page.$eval("#scene", (one) => one.zoomBy(2));
+    assert(scale > 1_000 && (await page.$eval("#scene", (one) => one.view.scale)) === scale, `${scale}`);
+    await leave();
+    // Without tiles.
+    await show(mine("p", `flood" job="flood"`));
+    await done("p");
+    assert.equal(await page.$eval("#p", (one) => { one.zoomTo(1e9); return one.view.scale; }), 16);
   },
   async "a scene whose address is wrong is not sent to the service"() {
     await show(mine("p", `open" scene="/nothere.json" width="300" height="200"`));

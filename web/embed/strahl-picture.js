@@ -1,68 +1,77 @@
-// <strahl-picture>: docs/embed.md. It makes no HTML from text and follows no address in an answer.
+// docs/embed.md. No text becomes HTML, no address in an answer is followed.
 
-// Browsers open six connections to a host.
-const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 6;
-// Milliseconds; streams have a comment each 15 s.
-const SILENCE = 40_000, POLL = 2_000, PATIENCE = 4_000;
-// Pixels a side; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
+// Browsers open six connections.
+const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 5;
+// Milliseconds; streams have a comment each 15 s, requests end after 30.
+const SILENCE = 40_000, POLL = 2_000, LATE = 60_000, PATIENCE = 4_000;
+// Pixels a side; tiles kept, 1 MiB each; zoom without tiles; tiles that a preview replaces.
 const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
 const OVER = ["succeeded", "failed", "canceled", "expired"];
 
 const pause = (ms, signal) => new Promise((done, stop) => {
   setTimeout(done, ms);
-  signal?.addEventListener("abort", () => stop(signal.reason));
+  signal?.addEventListener("abort", stop);
 });
 const isBusy = ({ status }) => /429|50[23]/.test(status);
-const refused = ({ status, headers }, problem) => Object.assign(new Error(problem?.detail ?? `HTTP ${status}`),
+const refused = ({ ok, status, headers }, problem) => Object.assign(
+  new Error(ok ? "no answer of the service: check src" : problem?.detail ?? `HTTP ${status}`),
   { status, problem, seconds: headers.get("retry-after") });
-const wait = (failures, { seconds }) => seconds > 0 ? Math.min(seconds, 120) * 1_000
-  : Math.min(1_000 * 2 ** failures, 30_000) * (0.75 + Math.random() / 2);
+const wait = (failures, { seconds }) => 1_000 * (seconds > 0 ? Math.min(seconds, 120)
+  : Math.min(2 ** failures, 15) * (1 + Math.random()));
 
-let free = FETCHES;
+let asking = 0;
 const queue = [];
 
 class Service {
-  constructor(base, capabilities, key) { Object.assign(this, { base, capabilities, key }); }
-  /** The capability for an id: its name is in it. */
-  right(id) { return this.capabilities.find((one) => one.includes(`.${id}~`)) ?? ""; }
-  fetch(path, id, options, headers) {
-    const authorization = this.key && { authorization: `Bearer ${this.key}` };
-    return fetch(`${this.base}${this.right(id)}/${path}`, { ...options, headers: { ...headers, ...authorization } });
+  constructor(own) { Object.assign(this, own); }
+  /** Its id is in the path. */
+  right(path) { return this.capabilities.find((one) => path.includes(one.split(/[.~]/)[2])) ?? ""; }
+  /** `patience`: for the headers. */
+  async fetch(path, options) {
+    const late = new AbortController(), { signal = late.signal, patience, headers } = options;
+    const timer = setTimeout(() => late.abort({ status: patience && 504 }), patience ?? LATE);
+    const answer = await fetch(`${this.base}${this.right(path)}/${path}`, { ...options, signal: AbortSignal.any([signal, late.signal]),
+      headers: { ...headers, ...this.key && { authorization: `Bearer ${this.key}` } } });
+    clearTimeout(timer);
+    return answer;
   }
-  async ask(path, id, signal, options, headers) {
+  async ask(path, { signal = this.signal, ...options } = {}) {
     for (let failures = 0; ; failures++) {
       let problem;
-      if (free) free--; else await new Promise((done) => queue.push(done));
+      while (asking >= FETCHES) await new Promise((done) => queue.push(done));
+      asking++;
       try {
-        const answer = await this.fetch(path, id, { ...options, signal }, headers);
-        const body = await (/json/.test(answer.headers.get("content-type")) ? answer.json() : answer.blob());
+        const answer = await this.fetch(path, { ...options, signal });
+        const type = answer.headers.get("content-type"), body = await (/json/.test(type) ? answer.json() : answer.blob());
+        const says = /problem/.test(type) && body;
+        // A gateway: the service is away.
+        if (answer.status >= 500 && !says) throw {};
         if (failures) signal.tell?.("waiting");
-        if (answer.ok) return { answer, body };
-        problem = refused(answer, body);
+        if (answer.ok && !/^text/.test(type)) return { answer, body };
+        problem = refused(answer, says);
       } catch (error) {
         signal.throwIfAborted();
         problem = error;
       } finally {
-        const next = queue.shift();
-        if (next) next(); else free++;
+        asking--;
+        queue.shift()?.();
       }
-      // One that is away comes back.
       if (!problem.status) signal.tell?.("offline");
-      else if (!isBusy(problem) || failures + 1 >= TRIES) throw problem;
+      else if (!isBusy(problem) || failures >= TRIES) throw problem;
       await pause(wait(failures, problem), signal);
     }
   }
 }
 
-// Jobs without capabilities share a stream; hidden tabs have none.
+// Jobs share streams; hidden tabs have none.
 const lines = new Set();
 let open = 0;
 document.addEventListener("visibilitychange", () => lines.forEach((line) => line.turn?.abort()));
 
 function follow(service, job, signal) {
-  const right = service.right(job.id), name = [service.base, service.key, right, right && job.id].join(" ");
+  const name = [service.base, service.key, service.right(job.id)].join(" ");
   let line = [...lines].find((one) => one.name === name && one.jobs.size < JOBS && [...one.jobs].every(({ id }) => id !== job.id));
-  if (line) line.jobs.add(job); else lines.add(line = { name, service, jobs: new Set([job]) }) && run(line);
+  if (line) line.jobs.add(job); else lines.add(line = { name, service, jobs: new Set([job]), failures: 0 }) && run(line);
   line.turn?.abort();
   signal.addEventListener("abort", () => line.jobs.delete(job) && line.turn?.abort());
 }
@@ -73,17 +82,17 @@ const tell = (line, id, event, data) => line.jobs.forEach((job) => {
   job.hear(event, data);
 });
 async function run(line) {
-  for (let failures = 0; await pause(10), line.jobs.size;) {
+  while (await pause(10), line.jobs.size) {
     const { signal } = line.turn = new AbortController(), polls = document.hidden || open >= STREAMS;
     signal.tell = (state) => line.jobs.forEach((job) => job.hear(state, {}));
     let ms = 0;
     if (!polls) open++;
     try {
-      ms = await (polls ? poll(line, signal) : listen(line, signal, () => { failures = 0; }));
+      ms = await (polls ? poll(line, signal) : listen(line, signal));
     } catch (error) {
       if (!signal.aborted) {
         signal.tell("offline");
-        ms = wait(failures++, error);
+        ms = wait(line.failures++, error);
       }
     }
     if (!polls) open--;
@@ -91,37 +100,33 @@ async function run(line) {
   }
   lines.delete(line);
 }
-async function listen(line, signal, alive) {
+async function listen(line, signal) {
   const jobs = [...line.jobs], seen = jobs.map((job) => job.seen).join(), first = jobs[0].id;
   const path = jobs.length > 1 ? `v1/events?${jobs.map(({ id }) => `job=${id}`).join("&")}` : `v1/jobs/${first}/events`;
-  const answer = await line.service.fetch(path, first, { signal },
-    /\d/.test(seen) ? { "last-event-id": seen } : {});
+  const answer = await line.service.fetch(path, { signal, headers: /\d/.test(seen) && { "last-event-id": seen } });
   if (isBusy(answer)) throw refused(answer);
   // All have ended, or one is refused: which?
-  if (answer.status !== 200) return poll(line, signal);
-  const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader(), silent = () => line.turn.abort();
-  let timer = setTimeout(silent, SILENCE), text = "";
-  try {
-    for (let part; !(part = await reader.read()).done;) {
-      clearTimeout(timer);
-      timer = setTimeout(silent, SILENCE);
-      text += part.value;
-      for (let end; (end = text.indexOf("\n\n")) >= 0; text = text.slice(end + 2)) {
-        const [, event, json] = text.slice(0, end).match(/^event: ?(.*)[^]*^data: ?(.*)/m) ?? [];
-        if (!event) continue;
-        const data = JSON.parse(json);
-        alive();
-        if (event === "shutdown") return data.retry_ms;
-        tell(line, data.job, event, data);
-      }
+  if (!/event-stream/.test(answer.headers.get("content-type"))) return poll(line, signal);
+  const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader(), { turn } = line;
+  for (let text = ""; ;) {
+    const timer = setTimeout(() => turn.abort(), SILENCE), { done, value } = await reader.read();
+    clearTimeout(timer);
+    if (done) return line.jobs.size && POLL;
+    text += value;
+    for (let end; (end = text.indexOf("\n\n")) >= 0; text = text.slice(end + 2)) {
+      const [, event, json] = text.slice(0, end).match(/^event: ?(.*)[^]*^data: ?(.*)/m) ?? [];
+      if (!event) continue;
+      const data = JSON.parse(json);
+      line.failures = 0;
+      if (event === "shutdown") return data.retry_ms;
+      tell(line, data.job, event, data);
     }
-  } finally { clearTimeout(timer); }
-  return line.jobs.size && POLL;
+  }
 }
 async function poll(line, signal) {
   for (const { id } of [...line.jobs]) {
     try {
-      const { body } = await line.service.ask(`v1/jobs/${id}`, id, signal);
+      const { body } = await line.service.ask(`v1/jobs/${id}`, { signal });
       tell(line, id, "snapshot", { ...body, ...body.progress });
       if (OVER.includes(body.state)) tell(line, id, body.state, body);
     } catch (error) {
@@ -164,6 +169,10 @@ class StrahlPicture extends HTMLElement {
     }
     root.append(this.#canvas, this.#bar, this.#controls, this.#status);
     this.#listen();
+    // Set before the module.
+    const { key } = this;
+    delete this.key;
+    this.#key = key;
   }
   /** No attribute: others can read the page. */
   set key(key) { this.#key = key; this.#restart(); }
@@ -177,7 +186,7 @@ class StrahlPicture extends HTMLElement {
     canvas.ariaLabel = alt ?? "A rendered picture";
     canvas.title = zooms ? "Plus and minus zoom, arrows move, 0 shows the whole picture." : "";
     canvas.tabIndex = zooms ? 0 : -1;
-    // CSS leaves out what is no number. Without a size the status makes room.
+    // CSS ignores NaN; without a size the status makes room.
     const [w, h] = ["width", "height"].map((name) => Math.max(0, this.getAttribute(name))), [across, down] = w && h ? [w, h] : this.#size ?? [];
     const shape = across ? `aspect-ratio: ${across} / ${down} } p { position: absolute` : `height: ${h || ""}px`;
     this.#style.replaceSync(`${STYLE} :host { width: ${w || h * across / down || across}px; ${shape} }`);
@@ -203,9 +212,18 @@ class StrahlPicture extends HTMLElement {
       const src = this.getAttribute("src"), base = new URL(src ?? ".", src === null ? import.meta.url : document.baseURI);
       // A path, never another host.
       const capabilities = this.getAttribute("capability")?.match(/\/c\/[^/?#\s\\]+/g) ?? [];
-      const service = new Service(base.href.replace(/\/+$/, ""), capabilities, this.#key);
+      const service = new Service({ base: base.href.replace(/\/+$/, ""), capabilities, key: this.#key, signal });
       const [job, image] = ["job", "image"].map((name) => encodeURIComponent(this.getAttribute(name) ?? ""));
-      await (job ? this.#job(service, job, signal) : image ? this.#image(service, image, signal) : this.#scene(service, signal));
+      const [blob, detail] = await (job ? this.#job(service, job) : image ? this.#image(service, image) : this.#scene(service));
+      if (blob) await this.#put(blob, signal);
+      // An image id and its capability let zoom beyond it.
+      const xyz = detail.image && (service.right(detail.image) || !capabilities[0]) && await service.ask(`xyz/${detail.image}.json`).catch(() => {});
+      signal.throwIfAborted();
+      this.#xyz = xyz && { ...xyz.body, service, image: detail.image };
+      this.#draw();
+      this.#tell({ state: "succeeded", fraction: 1 });
+      const [width, height] = this.#size;
+      this.#emit("done", { width, height, ...detail });
     } catch (error) {
       if (signal.aborted) return;
       this.#bar.hidden = true;
@@ -214,11 +232,11 @@ class StrahlPicture extends HTMLElement {
     }
   }
 
-  async #job(service, id, signal) {
-    const path = `v1/jobs/${id}`;
+  async #job(service, id) {
+    const path = `v1/jobs/${id}`, { signal } = service;
     let tiles = [], look, total, over, wake;
     signal.addEventListener("abort", () => wake?.());
-    follow(service, { id, seen: "", hear: (event, data) => {
+    follow(service, { id, hear: (event, data) => {
       if (event === "snapshot") {
         total = data.tiles_total;
         this.#open(data.width, data.height);
@@ -227,12 +245,12 @@ class StrahlPicture extends HTMLElement {
       if (event === "tile") tiles.push(data);
       if (event === "preview") look = true;
       if (tiles.length > WAITING) look = tiles = [];
-      if (OVER.includes(event)) over = { event, ...data };
-      const done = event === "succeeded" ? total : data.tiles_done;
-      this.#tell({ state: data.state ?? event, job: id, eta_ms: data.eta_ms, fraction: total && done !== undefined ? done / total : undefined });
+      if (OVER.includes(event)) over = Object.assign(data, { event });
+      const fraction = data.tiles_done / total;
+      this.#tell({ state: data.state ?? event, job: id, eta_ms: data.eta_ms, fraction: fraction >= 0 ? fraction : undefined });
       wake?.();
     } }, signal);
-    // A thousand events are not a thousand requests.
+    // Fewer requests than events.
     while (!over) {
       const { x, y, w, h } = (look ? 0 : tiles.shift()) ?? {}, tile = w && [x, y, w, h];
       if (!look && !tile) {
@@ -242,71 +260,56 @@ class StrahlPicture extends HTMLElement {
       }
       look = false;
       try {
-        const { body } = await service.ask(path + (tile ? `/tile?x=${x}&y=${y}&w=${w}&h=${h}` : "/preview?wait=0"), id, signal);
+        const { body } = await service.ask(path + (tile ? `/tile?x=${x}&y=${y}&w=${w}&h=${h}` : "/preview?wait=0"));
         await this.#put(body, signal, tile);
       } catch (error) {
         // None yet, or no more.
         if (!error.status) throw error;
       }
     }
-    if (/failed|canceled/.test(over.event)) throw Object.assign(new Error(over.problem?.detail ?? "the job was canceled"), over);
-    const { body: job } = await service.ask(path, id, signal);
-    let last = await service.ask(`${path}/image`, id, signal);
+    if (/failed|canceled/.test(over.event)) throw Object.assign(new Error(over.problem?.detail ?? over.message ?? "the job was canceled"), over);
+    const { body: job } = await service.ask(path);
+    let last = await service.ask(`${path}/image`);
     const report = reportOf(last.answer);
     this.#open(job.width, job.height);
     // No browser reads EXR.
-    if (!/png|jpeg|webp/.test(last.body.type)) last = await service.ask(`${path}/preview`, id, signal);
-    await this.#put(last.body, signal);
-    await this.#done(service, { ...report, image: job.image_id, job, report: job.report }, signal);
+    if (!/png|jpeg|webp/.test(last.body.type)) last = await service.ask(`${path}/preview`);
+    return [last.body, { ...report, image: job.image_id, job, report: job.report }];
   }
-  async #image(service, image, signal) {
-    const { body: { width, height, nativezoom } } = await service.ask(`xyz/${image}.json`, image, signal);
+  async #image(service, image) {
+    const { width, height, nativezoom } = (await service.ask(`xyz/${image}.json`)).body;
     this.#open(width, height);
-    const { body } = await service.ask(`xyz/${image}/0/0/0.png`, image, signal), less = 2 ** nativezoom;
-    await this.#put(body, signal, undefined, [width / less, height / less]);
-    const whole = Math.max(width, height) <= SIDE && await service.ask(`v1/images/${image}.png`, image, signal);
-    if (whole) await this.#put(whole.body, signal);
-    await this.#done(service, { ...(whole && reportOf(whole.answer)), image }, signal);
+    const { body } = await service.ask(`xyz/${image}/0/0/0.png`), less = 2 ** nativezoom;
+    await this.#put(body, service.signal, undefined, [width / less, height / less]);
+    if (Math.max(width, height) > SIDE) return [undefined, { image }];
+    const whole = await service.ask(`v1/images/${image}.png`);
+    return [whole.body, { ...reportOf(whole.answer), image }];
   }
-  async #scene(service, signal) {
-    const address = this.getAttribute("scene"), file = address && await fetch(address, { signal });
+  async #scene(service) {
+    const { signal } = service, address = this.getAttribute("scene"), file = address && await fetch(address, { signal });
     if (file && !file.ok) throw new Error(`HTTP ${file.status}: ${file.url}`);
     const body = file ? await file.blob() : this.querySelector("script[type='application/json']")?.textContent;
     if (!body) throw new Error("no job, image or scene is named");
     const size = ["width", "height"].map((name) => this.hasAttribute(name) ? `&${name}=${this.getAttribute(name)}` : "").join("");
-    const render = (accuracy, until, prefer) => service.ask(`v1/render?format=png${size}${accuracy}`, "", until,
-      // Untyped: its bytes tell a model.
-      { method: "POST", body: new Blob([body]) }, prefer);
-    // What is left is canceled, a job by its id.
-    const unless = (error) => { if (signal.aborted || !/413|504|undefined/.test(error.status)) throw error; };
-    const first = await render("&accuracy=time:100", signal).catch(unless);
+    // Untyped: its bytes tell a model.
+    const render = (accuracy, more) => service.ask(`v1/render?format=png${size}${accuracy}`,
+      { method: "POST", body: new Blob([body]), ...more });
+    // Too much for one answer.
+    const unless = (error) => { if (!/413|504/.test(error.status)) throw error; };
+    const first = await render("&accuracy=time:100").catch(unless);
     if (first) await this.#put(first.body, signal);
-    const { answer, body: made } = await render("", AbortSignal.any([signal, AbortSignal.timeout(PATIENCE)])).catch(unless)
-      ?? await render("", signal, { prefer: "respond-async" });
-    if (answer.status !== 202) {
-      await this.#put(made, signal);
-      return this.#done(service, reportOf(answer), signal);
-    }
+    const { answer, body: made } = await render("", { patience: PATIENCE }).catch(unless)
+      ?? await render("", { headers: { prefer: "respond-async" } });
+    if (answer.status !== 202) return [made, reportOf(answer)];
     let over;
-    signal.addEventListener("abort", () => over ?? service.fetch(`v1/jobs/${made.id}/cancel`, "", { method: "POST", keepalive: true }).catch(() => {}));
+    signal.addEventListener("abort", () => over ?? service.fetch(`v1/jobs/${made.id}/cancel`, { method: "POST", keepalive: true }).catch(() => {}));
     addEventListener("pagehide", () => {
       if (over) return;
       this.#stop.abort();
       addEventListener("pageshow", () => this.#restart(), { once: true });
     }, { signal });
-    await this.#job(service, made.id, signal);
-    over = true;
-  }
-  /** An image id and its capability let zoom beyond it. */
-  async #done(service, detail, signal) {
-    const { image } = detail;
-    const xyz = image && (service.right(image) || !service.capabilities[0]) && await service.ask(`xyz/${image}.json`, image, signal).catch(() => {});
-    signal.throwIfAborted();
-    this.#xyz = xyz && { ...xyz.body, service, image };
-    this.#draw();
-    this.#tell({ state: "succeeded", fraction: 1 });
-    const [width, height] = this.#size;
-    this.#emit("done", { width, height, ...detail });
+    over = await this.#job(service, made.id);
+    return over;
   }
   #tell(detail) {
     const { state, fraction } = detail;
@@ -330,17 +333,17 @@ class StrahlPicture extends HTMLElement {
     signal.throwIfAborted();
     if (!this.#film) this.#open(bitmap.width, bitmap.height);
     const film = this.#film, context = film.getContext("2d"), [width, height] = this.#size;
-    const [x, y, w, h] = (region ?? [0, 0, width, height]).map((at) => at * film.width / width);
-    context.clearRect(x, y, w, h);
-    context.drawImage(bitmap, 0, 0, ...(crop ?? [bitmap.width, bitmap.height]), x, y, w, h);
+    const box = (region ?? [0, 0, width, height]).map((at) => at * film.width / width);
+    context.clearRect(...box);
+    context.drawImage(bitmap, 0, 0, ...(crop ?? [bitmap.width, bitmap.height]), ...box);
     bitmap.close();
     this.#draw();
   }
 
   #draw() { this.#frame ??= requestAnimationFrame(() => { this.#frame = undefined; this.#paint(); }); }
   /** Left, top and pixels of the canvas for one of the picture. */
-  #place({ x, y, scale } = this.#view) {
-    const canvas = this.#canvas, [width, height] = this.#size;
+  #place() {
+    const canvas = this.#canvas, { scale, x, y } = this.#view, [width, height] = this.#size;
     const fit = Math.min(canvas.width / width, canvas.height / height) * scale;
     return [canvas.width / 2 - x * width * fit, canvas.height / 2 - y * height * fit, fit];
   }
@@ -380,7 +383,7 @@ class StrahlPicture extends HTMLElement {
   }
   #fetch(name) {
     const { service, image } = this.#xyz, [z, x, y] = name.split("/").map(Number), tile = { z, x, y, stop: new AbortController() };
-    service.ask(`xyz/${image}/${name}.png`, image, tile.stop.signal).then(async ({ body }) => {
+    service.ask(`xyz/${image}/${name}.png`, tile.stop).then(async ({ body }) => {
       tile.bitmap = await createImageBitmap(body);
       for (const [old, { bitmap }] of this.#tiles) if (this.#tiles.size > TILES && bitmap) { bitmap.close(); this.#tiles.delete(old); }
       this.#draw();
@@ -389,40 +392,41 @@ class StrahlPicture extends HTMLElement {
     return tile;
   }
 
-  /** Around a point in CSS pixels, else the middle. */
-  zoomBy(factor, at) {
+  /** `x`, `y`: CSS pixels from the middle. */
+  zoomBy(factor, x = 0, y = 0) {
     if (!this.#film) return;
-    const { width, height } = this.#canvas, [px, py] = at?.map((one) => one * devicePixelRatio) ?? [width / 2, height / 2];
-    const { scale } = this.#view, [left, top, fit] = this.#place(), [w, h] = this.#size.map((side) => side * fit);
-    const most = this.#xyz ? 4 * 2 ** (this.#xyz.maxzoom - this.#xyz.nativezoom) * scale / fit : ZOOM;
-    const next = Math.max(1, Math.min(scale * factor, most)), share = scale / next;
-    this.zoomTo(next, (px - left - (px - width / 2) * share) / w, (py - top - (py - height / 2) * share) / h);
+    const { scale } = this.#view, more = this.#limit(scale * factor) / scale, share = 1 / more - 1;
+    this.#move(x * share, y * share, more);
+  }
+  #limit(scale) {
+    const most = this.#xyz ? 4 * 2 ** (this.#xyz.maxzoom - this.#xyz.nativezoom) * this.#view.scale / this.#place()[2] : ZOOM;
+    return Math.max(1, Math.min(scale, most)) || 1;
   }
   /** `x`, `y`: the middle, from 0 to 1. */
-  zoomTo(scale = 1, x = 0.5, y = 0.5) {
-    const within = (value) => Math.min(Math.max(value, 0.5 / scale), 1 - 0.5 / scale);
+  zoomTo(wanted, x, y) {
+    const scale = this.#limit(wanted), within = (value) => Math.min(Math.max(value, 0.5 / scale), 1 - 0.5 / scale) || 0.5;
     this.#view = { scale, x: within(x), y: within(y) };
     this.#canvas.style.touchAction = this.hasAttribute("zoom") ? (scale > 1 ? "none" : "pan-x pan-y") : "";
     this.#draw();
   }
   get view() { return this.#view; }
-  #move(dx, dy) {
+  #move(dx, dy, more = 1) {
     const { scale, x, y } = this.#view, fit = this.#place()[2] / devicePixelRatio;
-    this.zoomTo(scale, x - dx / fit / this.#size[0], y - dy / fit / this.#size[1]);
+    this.zoomTo(scale * more, x - dx / fit / this.#size[0], y - dy / fit / this.#size[1]);
   }
   #listen() {
     const canvas = this.#canvas, fingers = this.#fingers;
     const on = (names, act) => names.split(" ").forEach((name) => canvas.addEventListener(name, (event) => {
       if (this.hasAttribute("zoom") && this.#film) act(event);
     }, { passive: false }));
-    const at = ({ offsetX, offsetY }) => [offsetX, offsetY];
+    const at = ({ offsetX, offsetY }) => [offsetX - canvas.clientWidth / 2, offsetY - canvas.clientHeight / 2];
     on("wheel", (event) => {
-      // Else it scrolls the page. Ctrl: pinching on a touchpad.
+      // Else it scrolls the page. Ctrl: a pinch.
       if (!event.ctrlKey && (this.shadowRoot.activeElement !== canvas || (event.deltaY > 0 && this.#view.scale === 1))) return;
       event.preventDefault();
-      this.zoomBy(2 ** (-Math.max(-100, Math.min(event.deltaY, 100)) / 200), at(event));
+      this.zoomBy(2 ** (-Math.max(-100, Math.min(event.deltaY, 100)) / 200), ...at(event));
     });
-    on("dblclick", (event) => this.zoomBy(2, at(event)));
+    on("dblclick", (event) => this.zoomBy(2, ...at(event)));
     on("keydown", (event) => {
       const arrow = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key], { scale } = this.#view;
       if (event.ctrlKey || event.metaKey || event.altKey || !(arrow ? scale > 1 : /^[-+=0]$/.test(event.key))) return;
@@ -430,7 +434,7 @@ class StrahlPicture extends HTMLElement {
       if (arrow) this.#move(...arrow.map((step) => step * canvas.clientHeight / 8));
       else this.zoomBy({ 0: 0, "-": 1 / 1.5 }[event.key] ?? 1.5);
     });
-    /** Middle and distance of the fingers. */
+    /** Middle and distance. */
     const grip = () => {
       const [a, b = a] = fingers.values();
       return [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, Math.hypot(a[0] - b[0], a[1] - b[1])];
@@ -444,7 +448,7 @@ class StrahlPicture extends HTMLElement {
       const [x, y, apart] = grip();
       fingers.set(event.pointerId, at(event));
       const [nextX, nextY, next] = grip();
-      if (apart && next) this.zoomBy(next / apart, [x, y]);
+      if (apart && next) this.zoomBy(next / apart, x, y);
       if (this.#view.scale > 1) this.#move(nextX - x, nextY - y);
     });
     on("pointerup pointercancel pointerleave", (event) => fingers.delete(event.pointerId));
