@@ -78,13 +78,23 @@ fn print() -> Result<(), Failure> {
         };
         let value = if arg.get_action().takes_values() {
             let raw = all.get_raw(id).into_iter().flatten().map(|raw| raw.to_string_lossy().into_owned());
-            literal(&raw.collect::<Vec<_>>().join(","))
+            let value = raw.collect::<Vec<_>>().join(",");
+            literal(&if arg.is_hide_env_values_set() { without_logins(&value) } else { value })
         } else {
             all.get_flag(id).to_string()
         };
         let _ = writeln!(text, "{id} = {value}  # {from}");
     }
     output::print(text.as_bytes())
+}
+
+/// Addresses whose users and passwords are not shown.
+fn without_logins(addresses: &str) -> String {
+    let shown = |address: &str| match (address.split_once("://"), address.rsplit_once('@')) {
+        (Some((scheme, _)), Some((_, host))) => format!("{scheme}://***@{host}"),
+        _ => address.to_owned(),
+    };
+    addresses.split(',').map(shown).collect::<Vec<_>>().join(",")
 }
 
 /// A value as TOML, which has fewer ways to write numbers than flags. A JSON string is one of TOML, too.

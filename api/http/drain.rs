@@ -1,8 +1,6 @@
 //! Draining before shutdown: new work is refused, running work finishes, and probes are told.
 
 use super::problem::{Kind, Problem};
-use std::io;
-use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::watch;
 
 /// Whether the service is draining, and how many requests are running.
@@ -101,27 +99,5 @@ impl Drop for Counted {
             *requests -= 1;
             *requests == 0
         });
-    }
-}
-
-/// The signals SIGTERM and SIGINT.
-#[derive(Debug)]
-pub(crate) struct StopSignals {
-    terminate: Signal,
-    interrupt: Signal,
-}
-
-impl StopSignals {
-    /// From now on the signals no longer end the process by themselves.
-    pub(crate) fn watch() -> io::Result<Self> {
-        Ok(Self { terminate: signal(SignalKind::terminate())?, interrupt: signal(SignalKind::interrupt())? })
-    }
-
-    /// Waits for the next signal and returns its name.
-    pub(crate) async fn next(&mut self) -> &'static str {
-        tokio::select! {
-            _ = self.terminate.recv() => "SIGTERM",
-            _ = self.interrupt.recv() => "SIGINT",
-        }
     }
 }

@@ -5,12 +5,13 @@ use super::auth::capability;
 use super::auth::client::{self, Ends};
 use super::client_socket::ClientSocket;
 use super::connection_limit::{ConnectionLimit, Place};
-use super::drain::StopSignals;
 use super::raw_errors::RawErrors;
 use super::routes;
 use super::settings::HttpSettings;
 use super::state::App;
+use crate::service::stop_signals::StopSignals;
 use axum::Router;
+use axum::http::{Method, StatusCode, header};
 use futures_util::TryFutureExt;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -108,8 +109,15 @@ async fn connections(
             let (router, activity) = (router.clone(), Arc::clone(&activity));
             service_fn(move |request| {
                 let in_flight = activity.begin(&request);
+                let is_head = request.method() == Method::HEAD;
                 let request = client::arrived(ends, capability::strip(request));
-                router.clone().oneshot(request).map_ok(|response| in_flight.answer(response))
+                router.clone().oneshot(request).map_ok(move |mut response| {
+                    if is_head && response.status() == StatusCode::NOT_MODIFIED {
+                        // It would be the length of what the client has (RFC 9110, 8.6), which is not 0.
+                        response.headers_mut().remove(header::CONTENT_LENGTH);
+                    }
+                    in_flight.answer(response)
+                })
             })
         };
         let connection = http.serve_connection(TokioIo::new(RawErrors::new(socket)), service);

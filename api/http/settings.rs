@@ -108,7 +108,8 @@ pub(crate) struct ConnectionLimits {
     /// a proxy that many use needs more.
     #[arg(long, env = "STRAHL_CLIENT_TILES", value_name = "TILES", default_value_t = 64, value_parser = value_parser!(u32).range(1..=100_000))]
     pub(crate) client_tiles: u32,
-    /// Seconds a client may take to send a request's headers.
+    /// Seconds a client may take to send a request's headers. A connection without requests is closed after as long: proxies that
+    /// keep connections need less, or some requests meet one that closes.
     #[arg(long, env = "STRAHL_HEADER_TIMEOUT", value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     #[serde(rename = "header_timeout_s", serialize_with = "as_seconds")]
     #[schemars(with = "f64")]
@@ -127,9 +128,10 @@ pub(crate) struct ConnectionLimits {
 
 /// Parses the address under which clients see the service.
 fn public_url(text: &str) -> Result<String, &'static str> {
-    match Host::of_url(text).is_some() && text.bytes().all(|byte| byte.is_ascii_graphic()) {
+    // Paths are put behind it.
+    match Host::of_url(text).is_some() && text.bytes().all(|byte| byte.is_ascii_graphic() && !b"?#".contains(&byte)) {
         true => Ok(text.trim_end_matches('/').to_owned()),
-        false => Err("expected an address such as https://render.example.org"),
+        false => Err("expected an address such as https://render.example.org, without ? and #"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::auth::capability::{Signers, random_secret};
 use super::auth::{Access, key_file};
-use super::drain::{Drain, StopSignals};
+use super::drain::Drain;
 use super::metrics::Metrics;
 use super::openapi_text;
 use super::respond::message::HttpMessageWriter;
@@ -23,6 +23,7 @@ use crate::service::limits::Settings;
 use crate::service::requests::Service;
 use crate::service::requests::folders::Folders;
 use crate::service::scheduler::pool::Pool;
+use crate::service::stop_signals::StopSignals;
 use crate::service::storage::objects::Objects;
 use std::fmt::Display;
 use std::io;

@@ -17,6 +17,7 @@ pub(crate) mod requests;
 pub(crate) mod scenes;
 pub(crate) mod scheduler;
 pub(crate) mod sequences;
+pub(crate) mod stop_signals;
 pub(crate) mod storage;
 pub(crate) mod storage_threads;
 pub(crate) mod tls;

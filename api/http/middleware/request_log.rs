@@ -148,7 +148,7 @@ impl Drop for RequestLog {
     fn drop(&mut self) {
         let Self { id, trace, method, path, started, status, .. } = self;
         let trace = trace.as_deref();
-        let ms = started.elapsed().as_millis();
+        let ms = u64::try_from(started.elapsed().as_millis()).unwrap_or(u64::MAX);
         match status.map(|status| status.as_u16()) {
             // Probes come every few seconds.
             Some(status) if matches!(path.as_str(), "/livez" | "/readyz") => {

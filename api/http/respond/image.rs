@@ -39,7 +39,8 @@ pub(crate) async fn answer(
     spec: PictureSpec,
 ) -> Result<Response, Problem> {
     let name = spec.name(&image);
-    if let Some(answer) = picture::precondition_response(context, Some(&picture::tag(&name))) {
+    let place = picture::place_of(context, &image, &spec);
+    if let Some(answer) = picture::precondition_response(context, Some(&picture::tag(&name)), place.as_deref()) {
         return answer;
     }
     let made = match app.service.stored_picture(&image, &spec).await {

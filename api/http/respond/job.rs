@@ -2,7 +2,7 @@
 
 use super::blocking;
 use super::image::tiles_of;
-use super::picture::{self, Freshness, ResponseContext, place_of};
+use super::picture::{self, Freshness, ResponseContext, address_of};
 use super::put;
 use crate::http::auth::tenant::Tenant;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
@@ -245,7 +245,7 @@ impl JobView {
                 sheet: of_frames("sheet"),
                 cancel: format!("{path}/cancel"),
                 scene: ids.map(|(scene, _)| format!("/v1/scenes/{scene}")),
-                picture: ids.map(|(_, image)| place_of(image, record.spec.output)),
+                picture: ids.map(|(_, image)| address_of(image, record.spec.output)),
                 iiif,
                 dzi,
                 xyz,

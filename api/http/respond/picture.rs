@@ -13,6 +13,7 @@ use crate::service::pictures::spec::PictureSpec;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use std::fmt::Display;
 use std::sync::Arc;
 use strahl::film::{DEFAULT_QUALITY, FileFormat};
 
@@ -54,10 +55,12 @@ pub(crate) fn tag(name: &str) -> String {
     format!("\"{name}\"")
 }
 
-/// The answer of a request whose conditions decide it before anything is rendered.
+/// The answer of a request whose conditions decide it before anything is rendered. `place` is where the picture stays, if an answer
+/// with it says so.
 pub(crate) fn precondition_response(
     context: &ResponseContext<'_>,
     etag: Option<&str>,
+    place: Option<&str>,
 ) -> Option<Result<Response, Problem>> {
     match weigh(context.method, context.headers, etag) {
         Verdict::Proceed => None,
@@ -68,6 +71,9 @@ pub(crate) fn precondition_response(
         Verdict::NotModified => {
             let mut response = StatusCode::NOT_MODIFIED.into_response();
             put(response.headers_mut(), header::ETAG, etag.unwrap_or_default());
+            if let Some(place) = place {
+                put(response.headers_mut(), header::CONTENT_LOCATION, place);
+            }
             caching(response.headers_mut(), context);
             Some(Ok(response))
         }
@@ -88,7 +94,8 @@ pub(crate) fn deliver(
 ) -> Result<Response, Problem> {
     let image = file.meta.image.as_ref();
     let etag = image.map(|image| tag(&spec.name(image)));
-    if let Some(answer) = precondition_response(context, etag.as_deref()) {
+    let place = image.and_then(|image| place_of(context, image, spec));
+    if let Some(answer) = precondition_response(context, etag.as_deref(), place.as_deref()) {
         return answer;
     }
     let is_new = |image: &String| !app.service.pictures.seen.note(&context.tenant.name, &spec.name(image));
@@ -115,10 +122,9 @@ pub(crate) fn deliver(
     let name = image.map_or("picture", String::as_str);
     put(headers, header::CONTENT_DISPOSITION, &format!("inline; filename=\"{name}.{ending}\""));
     put(headers, HeaderName::from_static("server-timing"), &timing(&took));
-    if let (Some(etag), Some(image)) = (&etag, image) {
-        put(headers, header::ETAG, etag);
-        if context.freshness == Freshness::Once && spec.is_whole() {
-            put(headers, header::CONTENT_LOCATION, &place_of(image, spec.format));
+    for (name, value) in [(header::ETAG, &etag), (header::CONTENT_LOCATION, &place)] {
+        if let Some(value) = value {
+            put(headers, name, value);
         }
     }
     caching(headers, context);
@@ -128,8 +134,13 @@ pub(crate) fn deliver(
     Ok(response)
 }
 
+/// Where the picture of an answer stays, if that is elsewhere.
+pub(crate) fn place_of(context: &ResponseContext<'_>, image: impl Display, spec: &PictureSpec) -> Option<String> {
+    (context.freshness == Freshness::Once && spec.is_whole()).then(|| address_of(image, spec.format))
+}
+
 /// The permanent path of an image in a format.
-pub(crate) fn place_of(image: &str, format: FileFormat) -> String {
+pub(crate) fn address_of(image: impl Display, format: FileFormat) -> String {
     let parameters = match format {
         FileFormat::Png16 => "?bits=16".into(),
         FileFormat::Jpeg(quality) if quality != DEFAULT_QUALITY => format!("?quality={quality}"),

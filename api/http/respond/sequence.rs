@@ -117,7 +117,7 @@ pub(crate) async fn animation(
     let (ending, media_type) = format.names();
     let etag = format!("\"{id}.{ending}\"");
     let context = ResponseContext { method, headers, tenant, freshness: Freshness::Once, negotiated: named.is_none() };
-    if let Some(answer) = precondition_response(&context, Some(&etag)) {
+    if let Some(answer) = precondition_response(&context, Some(&etag), None) {
         return answer;
     }
     let made = {

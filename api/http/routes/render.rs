@@ -165,7 +165,8 @@ async fn answer(
         // A region outside of the picture is refused before tags are compared.
         spec.shot(&ready.scene, image.zoom)?;
         let name = spec.name(&image);
-        if let Some(answer) = picture::precondition_response(&context, Some(&picture::tag(&name))) {
+        let place = picture::place_of(&context, &image, &spec);
+        if let Some(answer) = picture::precondition_response(&context, Some(&picture::tag(&name)), place.as_deref()) {
             return answer;
         }
         if let Some(file) = app.service.stored_picture(&image, &spec).await {

@@ -108,6 +108,9 @@ impl FromStr for KeyTemplate {
         if !example.split('/').all(is_part) {
             return Err(wrong("is no name".into()));
         }
+        if text.ends_with(".json") {
+            return Err(wrong("is the name of another picture's report, which ends in .json".into()));
+        }
         Ok(Self(parts))
     }
 }
@@ -142,6 +145,7 @@ mod tests {
         for wrong in [
             "",
             "/a",
+            "a.png.json",
             "a/",
             "a//b",
             "..",

@@ -21,11 +21,11 @@ use receiver::{Message, Receivers, Refusal};
 use sha2::{Digest, Sha256};
 use signature::Secret;
 use std::collections::HashSet;
-use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
+use std::{fmt, io};
 use tokio::sync::Notify;
-use tokio::task::block_in_place;
+use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
 /// Deliveries at one time, of all tenants.
@@ -156,25 +156,35 @@ impl DeliveryWorker {
             }
         };
         let next = now() + u64::try_from(wait.as_millis()).unwrap_or(u64::MAX);
-        let change = |delivery: &mut Delivery| {
+        let change = move |delivery: &mut Delivery| {
             delivery.attempts = attempts;
             match state {
                 DeliveryState::Pending => (delivery.next, delivery.error) = (next, error.clone()),
                 state => delivery.end(state, error.clone()),
             }
         };
-        // The record is small; a thread for it would cost more than the wait for the disk.
-        while let Err(error) = block_in_place(|| self.jobs.end_attempt(job, kind, change)) {
+        let end = |change| self.record(job, move |jobs, job| jobs.end_attempt(job, kind, change));
+        while let Err(error) = end(change.clone()).await {
             tracing::error!(job = id, %error, "the state of a delivery cannot be written");
             sleep(BETWEEN_WRITES).await;
         }
+    }
+
+    /// Writes to the record of a job, on a thread that may wait for the disk or the broker. Each delivery has one at a time.
+    async fn record<T: Send + 'static>(
+        &self,
+        job: &Arc<Job>,
+        write: impl FnOnce(&Jobs, &Arc<Job>) -> io::Result<T> + Send + 'static,
+    ) -> io::Result<T> {
+        let (jobs, job) = (Arc::clone(&self.jobs), Arc::clone(job));
+        spawn_blocking(move || write(&jobs, &job)).await.unwrap_or_else(|lost| Err(io::Error::other(lost)))
     }
 
     /// Whether this process makes an attempt. Its message is written down then.
     async fn begin(&self, job: &Arc<Job>, kind: DeliveryKind) -> bool {
         let is_written = job.record().outbox.webhook.as_ref().is_some_and(|webhook| webhook.message.is_some());
         let message = (kind == DeliveryKind::Message && !is_written).then(|| self.writer.message(job));
-        match block_in_place(|| self.jobs.begin_delivery(job, kind, message.as_deref())) {
+        match self.record(job, move |jobs, job| jobs.begin_delivery(job, kind, message.as_deref())).await {
             Ok(begun) => begun,
             Err(error) => {
                 tracing::error!(job = job.record().id, %error, "the state of a delivery cannot be written");
@@ -218,7 +228,7 @@ impl DeliveryWorker {
         let (jobs, of) = (Arc::clone(&self.jobs), Arc::clone(job));
         let find = move || frame.map_or_else(|| jobs.picture(&of), |number| jobs.frame(&of, number));
         let busy = || Refusal::Later("the service cannot read the picture now".into(), Duration::ZERO);
-        let file = tokio::task::spawn_blocking(find).await.map_err(|_| busy())?.map_err(|_| busy())?;
+        let file = spawn_blocking(find).await.map_err(|_| busy())?.map_err(|_| busy())?;
         let file = file.ok_or_else(|| never("the picture is gone from the service"))?;
         if let Some(report) = &file.meta.report {
             store.put(&report_of(name), report.get().as_bytes().to_vec()).await.map_err(refusal)?;

@@ -81,6 +81,7 @@ impl Service {
             .args(patient)
             .args(flags)
             .env_remove("STRAHL_LOG")
+            .stdin(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the binary starts");

@@ -76,6 +76,15 @@ fn sigterm_lets_the_running_finish_and_takes_nothing_new() {
     assert!(service.ended().success());
 }
 
+/// Daemons read their files again; this one does so by itself.
+#[test]
+fn sighup_ends_nothing_without_a_terminal() {
+    let service = Service::start(&["--log-format", "text"]);
+    service.signal("-HUP");
+    service.wait_for_log("SIGHUP changes nothing");
+    assert_eq!(service.get("/livez").status, 200);
+}
+
 #[test]
 fn draining_ends_even_if_a_render_does_not() {
     let mut service = Service::start(&[&NO_TIMEOUT[..], &["--drain-timeout", "0.3"]].concat());

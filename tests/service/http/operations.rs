@@ -270,6 +270,7 @@ fn logs_are_objects_with_the_request_and_its_trace() {
     let line: serde_json::Value = serde_json::from_str(line).unwrap_or_else(|_| panic!("not JSON: {line}"));
     assert_eq!((&line["request"], &line["trace"]), (&"mine-1".into(), &trace.into()), "{line}");
     assert_eq!((&line["path"], &line["status"]), (&"/v1/limits".into(), &200.into()), "{line}");
+    assert!(line["ms"].is_number(), "{line}");
 }
 
 #[test]
@@ -300,6 +301,13 @@ fn the_file_comes_after_flags_and_environment() {
 }
 
 #[test]
+fn printed_settings_hold_no_password() {
+    let print = strahl(&["config", "print", "--store", "/tmp/store", "--farm", "nats://me:secret@a:1,tls://b:2"]);
+    let text = String::from_utf8(print.stdout).unwrap();
+    assert!(text.contains("farm = \"nats://***@a:1,tls://b:2\"  # flag"), "{text}");
+}
+
+#[test]
 fn the_health_check_asks_where_the_file_says() {
     let service = Service::start(&[]);
     let path = file("health.toml", &format!("listen = \"{}\"\nqueue = 7\n", service.address));
@@ -320,6 +328,7 @@ fn mistakes_in_the_file_are_named() {
         ("queue = {}\n", "queue"),
         ("queue = \n", "line 1"),
         ("listen = \"everywhere\"\n", "everywhere"),
+        ("public_url = \"https://a.org/?b\"\n", "without ? and #"),
         ("listen = \"0.0.0.0:0\"\n", "--insecure-no-auth"),
         ("listen = \"127.0.0.1:8081\"\nadmin_listen = \"127.0.0.1:8081\"\n", "the same address"),
         ("data = \"/nowhere/a\"\ncache = \"/nowhere/a/b\"\n", "one is in the other"),

@@ -41,6 +41,8 @@ fn a_client_that_has_the_picture_is_told_so_before_a_ray_is_traced() {
     let fresh = Service::start(&[]);
     let known = ask(&fresh, "QUERY", "/v1/render", &[("If-None-Match", &etag)]);
     assert_eq!((known.status, known.body.len(), known.header("etag")), (304, 0, etag.as_str()));
+    let place = first.header("content-location");
+    assert!(place.starts_with("/v1/images/i_") && place == known.header("content-location"), "{place}");
     let slow = service.send(
         "QUERY",
         "/v1/render",

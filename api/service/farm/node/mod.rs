@@ -24,6 +24,7 @@ use crate::service::error::StartError;
 use crate::service::memory_budget::MemoryBudget;
 use crate::service::scenes::ids::renderer;
 use crate::service::scheduler::pool::Pool;
+use crate::service::stop_signals::StopSignals;
 use crate::service::storage::objects::Objects;
 use async_nats::jetstream::consumer::PullConsumer;
 use std::io;
@@ -34,7 +35,6 @@ use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::render::{Cancelled, Control, Picture, render_window};
 use strahl::scene::Scene;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use uuid::Uuid;
@@ -89,15 +89,8 @@ pub(crate) fn run(settings: &NodeSettings, farm: &FarmSettings) -> Result<(), St
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(IO_THREADS).enable_all().build();
     let runtime = runtime.map_err(machine)?;
     let result = runtime.block_on(async {
-        let mut terminate = signal(SignalKind::terminate()).map_err(machine)?;
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(machine)?;
-        let stopped = async {
-            tokio::select! {
-                _ = terminate.recv() => "SIGTERM",
-                _ = interrupt.recv() => "SIGINT",
-            }
-        };
-        work(settings, farm, render_window, stopped).await
+        let mut signals = StopSignals::watch().map_err(machine)?;
+        work(settings, farm, render_window, signals.next()).await
     });
     runtime.shutdown_timeout(LAST_WAIT);
     result
