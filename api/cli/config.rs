@@ -92,7 +92,8 @@ fn print() -> Result<(), Failure> {
 fn without_logins(addresses: &str) -> String {
     let shown = |address: &str| match (address.split_once("://"), address.rsplit_once('@')) {
         (Some((scheme, _)), Some((_, host))) => format!("{scheme}://***@{host}"),
-        _ => address.to_owned(),
+        (Some(_), None) => address.to_owned(),
+        (None, _) => "***".to_owned(),
     };
     addresses.split(',').map(shown).collect::<Vec<_>>().join(",")
 }

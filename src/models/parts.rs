@@ -21,8 +21,6 @@ pub struct Part<'a> {
     pub name: &'a str,
     /// What is in it.
     pub bytes: &'a [u8],
-    /// Whether it has no file name, as the fields of a form.
-    pub is_field: bool,
 }
 
 /// Whether bytes begin as a body of parts does.
@@ -63,11 +61,11 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
         let end = if head.starts_with(b"\r\n") { Some(0) } else { find(head, b"\r\n\r\n").map(|end| end + 2) };
         let number = parts.len() + 1;
         let end = end.ok_or_else(|| format!("the headers of part {number} do not end within {HEADERS} bytes"))?;
-        let (name, is_field) = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
+        let name = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
         let content = &rest[end + 2..];
         let length =
             find(content, &delimiter).ok_or_else(|| format!("part {number} does not end with the boundary"))?;
-        parts.push(Part { name, bytes: &content[..length], is_field });
+        parts.push(Part { name, bytes: &content[..length] });
         rest = &content[length + delimiter.len()..];
         if rest.starts_with(b"--") {
             return Ok(parts);
@@ -79,8 +77,8 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
     }
 }
 
-/// The file name of a part, or its name, and whether it is the latter.
-fn name_of(headers: &[u8]) -> Option<(&str, bool)> {
+/// The file name of a part, or its name.
+fn name_of(headers: &[u8]) -> Option<&str> {
     let headers = std::str::from_utf8(headers).ok()?;
     let is_disposition =
         |line: &&str| line.get(..20).is_some_and(|key| key.eq_ignore_ascii_case("content-disposition:"));
@@ -91,12 +89,11 @@ fn name_of(headers: &[u8]) -> Option<(&str, bool)> {
         let end = value.find('"')?;
         Some(&value[..end])
     };
-    let file = parameter(" filename=\"").filter(|name| !name.is_empty());
-    file.map(|name| (name, false)).or_else(|| Some((parameter(" name=\"")?, true)))
+    parameter(" filename=\"").filter(|name| !name.is_empty()).or_else(|| parameter(" name=\""))
 }
 
 /// The part that is the model: the one with a name that ends as those of models do, else the first. An error says which parts
-/// cannot be told apart, or which is a setting and no file.
+/// cannot be told apart.
 pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
     let mut numbers = HashMap::new();
     for (number, part) in (1..).zip(parts) {
@@ -115,18 +112,7 @@ pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
             let [one, other] = [one, other].map(|part| shown(part.name));
             Err(format!("{one} and {other} are both models: send one of them, and the parts that it names"))
         }
-        (one, _) => {
-            let model = one.or(parts.first()).copied().ok_or("the body has no parts")?;
-            // Whoever sends width=512 beside a model expects that it is heard.
-            let is_setting = |part: &&Part<'_>| part.is_field && !part.name.contains('.') && **part != model;
-            match parts.iter().find(is_setting) {
-                Some(setting) => Err(format!(
-                    "{} is a field of the form and no file: settings are written into the address, as ?width=512",
-                    shown(setting.name)
-                )),
-                None => Ok(model),
-            }
-        }
+        (one, _) => one.or(parts.first()).copied().ok_or_else(|| "the body has no parts".to_owned()),
     }
 }
 
@@ -219,11 +205,8 @@ mod tests {
     fn a_body_is_taken_apart() {
         assert!(is_multipart(BODY) && !is_multipart(b"--\r\n") && !is_multipart(b"glTF"));
         let parts = split(BODY).unwrap();
-        let model = Part { name: "box.gltf", bytes: b"{}", is_field: false };
-        assert_eq!(parts, [model, Part { name: "box.bin", bytes: b"\r\n--X\r\n", is_field: true }]);
+        assert_eq!(parts, [Part { name: "box.gltf", bytes: b"{}" }, Part { name: "box.bin", bytes: b"\r\n--X\r\n" }]);
         assert_eq!(model_of(&parts).unwrap().name, "box.gltf");
-        let setting = Part { name: "width", bytes: b"512", is_field: true };
-        assert!(model_of(&[parts[0], parts[1], setting]).unwrap_err().contains("\"width\" is a field"));
         for end in 0..BODY.len() - 4 {
             assert!(split(&BODY[..end]).is_err(), "{end}");
         }
@@ -245,7 +228,7 @@ mod tests {
 
     #[test]
     fn names_are_compared_as_they_are_then_by_their_plain_paths() {
-        let part = |name: &'static str, bytes: &'static [u8]| Part { name, bytes, is_field: false };
+        let part = |name: &'static str, bytes: &'static [u8]| Part { name, bytes };
         let parts = [part("a/b.png", b"1"), part("a\\b.png", b"2"), part(".\\c.png", b"3"), part("../d.png", b"4")];
         let named = Named::new(&parts);
         for (name, bytes) in [

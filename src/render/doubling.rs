@@ -24,7 +24,7 @@ use std::collections::HashSet;
 pub(crate) const FIRST: u32 = 8;
 /// Most samples of a pixel.
 const MOST: u32 = 256;
-/// Looks at a pixel. Each asks its neighbours, so this is how far away those are on which a pixel depends, and what is said of it.
+/// Looks at a pixel. Each asks its neighbours, so a pixel and what is said of it depend on those so far away.
 const BORDER: u32 = (MOST / FIRST).ilog2() + 1;
 /// The difference, in codes, from which on a pixel goes on after its first samples.
 const TARGET: f64 = 0.9;

@@ -42,9 +42,10 @@ pub struct Lobes<L: Lanes> {
     /// Reflectance of the surface at normal incidence and along it, with what facets reflect on to each other.
     f0: V3<L>,
     f90: V3<L>,
-    /// The share of a light that is missing below because the surface has reflected it, at normal incidence and along it. Where
-    /// light is traced, it is that of light from all around, at any angle: what rays bring is scattered so, too.
+    /// The share that is missing below because the surface has reflected it, at normal incidence and along it.
     lost: [L; 2],
+    /// Whether rays bring light to each lobe.
+    traced: bool,
     /// Width of the facets' distribution.
     width: L,
     /// What the clearcoat reflects, and the factor on its highlights: its facets reflect on to each other, too.
@@ -110,24 +111,35 @@ impl<L: Lanes> Lobes<L> {
     /// between facet and eye.
     #[inline(always)]
     pub fn leaving(&self, s: L::Simd, reflectance: L, cosine: L) -> [L; 2] {
-        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-        let most = |color: V3<L>| color.x.max(color.y).max(color.z);
         let [normal, along] = self.metal;
-        let metal = normal + (along - normal) * fifth((one - cosine).max(zero));
-        let mirrored = most(self.reflection * reflectance + metal);
-        let passed = (self.passing * self.let_through(s, reflectance)).min((one - mirrored).max(zero));
-        // Under total reflection, what would pass.
-        let total = reflectance.ge(one);
-        [L::select(total, mirrored.max(self.passing), mirrored), L::select(total, zero, passed)]
+        let grazing = fifth((L::lit(s, 1.0) - cosine).max(L::lit(s, 0.0)));
+        let V3 { x, y, z } = self.reflection * reflectance + normal + (along - normal) * grazing;
+        [x.max(y).max(z), self.passing * self.let_through(s, reflectance, cosine)]
     }
 
     /// The share of what meets the dielectric that goes on below it, where its index of refraction reflects a share.
     #[inline(always)]
-    pub fn let_through(&self, s: L::Simd, reflectance: L) -> L {
+    pub fn let_through(&self, s: L::Simd, reflectance: L, cosine: L) -> L {
         let V3 { x, y, z } = self.reflection;
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let strength = L::select(self.other.gt(zero), x.max(y).max(z) / self.other, one);
-        one - reflectance * strength
+        let by_schlick = L::mask(s, self.by_schlick);
+        L::select(by_schlick, self.left_by_schlick(s, cosine), one - reflectance * strength)
+    }
+
+    /// The share that goes on below what reflects by Schlick's law: all where the index of refraction says how much.
+    #[inline(always)]
+    pub fn left_by_schlick(&self, s: L::Simd, cosine: L) -> L {
+        let one = L::lit(s, 1.0);
+        let reflected = self.schlick(fifth((one - cosine).max(L::lit(s, 0.0))));
+        L::select(L::mask(s, self.by_schlick), one - reflected, one)
+    }
+
+    /// What the dielectric reflects by Schlick's law.
+    #[inline(always)]
+    fn schlick(&self, grazing: L) -> L {
+        let [normal, along] = self.lost;
+        normal + (along - normal) * grazing
     }
 
     /// What is scattered below a facet, given what the dielectric reflects there: all that it lets in.
@@ -177,7 +189,7 @@ impl<L: Lanes> Lobes<L> {
         let (metal, other) = (p.metallic * below, (one - p.metallic) * below);
         let tint = p.specular_color * p.normal_reflectance;
         let tint = V3 { x: tint.x.min(one), y: tint.y.min(one), z: tint.z.min(one) } * p.specular;
-        let mut lost = [tint.x.max(tint.y).max(tint.z), p.specular];
+        let lost = [tint.x.max(tint.y).max(tint.z), p.specular];
         let diffuse = p.base_color * (other * (one - p.transmission));
         let passing = other * p.transmission;
 
@@ -216,7 +228,6 @@ impl<L: Lanes> Lobes<L> {
             let kept = white * p.transmission;
             (gain, gain_metal) = (kept + more * (open * (one - p.transmission)), more_metal * open);
             reflection = reflection.times(gain);
-            lost = [one - let_in; 2];
         }
         let shiny = L::select(bright, other, zero);
         let at_normal = (p.base_color * metal).times(gain_metal) + (tint * shiny).times(gain);
@@ -239,6 +250,7 @@ impl<L: Lanes> Lobes<L> {
             f0,
             f90,
             lost,
+            traced,
             width: width.max(L::lit(s, NARROWEST)),
             clearcoat,
             clearcoat_gain: one / open_clearcoat,
@@ -291,8 +303,8 @@ impl<L: Lanes> Lobes<L> {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let half = Half::new(s, to_light, to_eye);
         let grazing = fifth((one - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
-        let [normal, along] = self.lost;
-        let kept = one - (normal + (along - normal) * grazing);
+        // What rays bring is scattered as light from all around is; else lights would depend on how they are found.
+        let kept = if self.traced { self.let_in } else { one - self.schlick(grazing) };
         let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let highlight = half.highlight(s, ns, cosine, self.width);
         let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;

@@ -78,7 +78,9 @@ pub(super) fn facets<L: Lanes, O: Observer<L>, V: Variant>(
                     passed = L::select(below & passes, smith_g1(s, hits.ns, through, width), zero);
                     let [mirrors, lets_in] = lobes.leaving(s, reflectance, to_eye.dot(facet));
                     let shares = (mirrors * reflected + lets_in * passed) / (mirrors + lets_in);
-                    open = L::select(passes, shares, open);
+                    // Total reflection mirrors all that would pass.
+                    let parts = passes & !(refraction.total & closed) & (mirrors + lets_in).gt(zero);
+                    open = L::select(parts, shares, open);
                 }
                 let chosen = threshold::<L>(s, &tracer.sampler, rays.path, choice).lt(open) & L::mask(s, left);
                 all.normal = V3::select(chosen, facet, all.normal);

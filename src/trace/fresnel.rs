@@ -162,7 +162,7 @@ fn at_angles_in<L: Lanes>(
         let mask = L::mask(s, dielectric);
         let mut left = one - reflectance;
         if let Some(lobes) = lobes {
-            left = L::select(L::mask(s, lobes.lanes), lobes.let_through(s, reflectance), left);
+            left = L::select(L::mask(s, lobes.lanes), lobes.let_through(s, reflectance, (-rays.dir).dot(n)), left);
         }
         r_s = V3::select(mask, r_s * reflectance, r_s);
         r_t = V3::select(mask, r_t * left, r_t);
@@ -181,8 +181,8 @@ fn at_angles_in<L: Lanes>(
         let total = bent.map_or(L::mask(s, 0), |bent| L::mask(s, bent.lanes) & bent.refraction.total);
         r_t = V3::select(wide, coefficients.transmission * lobes.let_in, r_t);
         r_t = V3::select(mask & total, V3 { x: zero, y: zero, z: zero }, r_t);
-        // Total reflection takes the share that would pass. The rest of the surface lets none through: it scatters, or is metal.
-        let inside = L::select(wide, lobes.passing * lobes.let_in, lobes.passing);
+        // Total reflection takes the share that would pass. The rest of the surface lets none through: it scatters, or mirrors.
+        let inside = lobes.passing * L::select(wide, lobes.let_in, lobes.left_by_schlick(s, (-rays.dir).dot(n)));
         let V3 { x, y, z } = V3 { x: inside, y: inside, z: inside } + metal + clearcoat;
         r_s = V3::select(mask & total, V3 { x: x.min(one), y: y.min(one), z: z.min(one) }, r_s);
         layer = L::select(mask & total, zero, layer);

@@ -1,8 +1,8 @@
 //! The choices of each sample of a pixel: its place in the pixel, a point of the lens, a time, a point of a light.
 //!
-//! All are coordinates of one point of Sobol's sequence (`sobol.rs`), in the order of [`Dimensions`], so that they are spread
-//! evenly together. Only choices further down the tree of rays, of which there may be any number, take two coordinates in an
-//! order of their own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020). Each pixel scrambles its choices in its
+//! The first are coordinates of one point of Sobol's sequence (`sobol.rs`), in the order of [`Dimensions`], so that they are spread
+//! evenly together. Later ones, and choices further down the tree of rays, of which there may be any number, take two coordinates
+//! in an order of their own (Burley, Practical Hash-based Owen Scrambling, JCGT 9(4), 2020). Each pixel scrambles its choices in its
 //! own way; the places in the pixel are the same in all. All of it is computed from the pixel, the sample's number and
 //! the place in the tree, so it does not depend on threads, tiles or packets; and the first samples of a pixel are the same
 //! however many follow.
@@ -84,8 +84,8 @@ impl Dimensions {
         Self { time, lens, first_hit: lens + after(Effect::DepthOfField, 2) }
     }
 
-    /// The first coordinate of a choice at a place in the tree of rays; none further down. Of what a camera ray hits, all
-    /// choices take the same ones: their light is added, so they need not be spread evenly together.
+    /// The first coordinate of a choice at a place in the tree of rays; none further down, and where others come before. Of what a
+    /// camera ray hits, all choices take the same ones: their light is added, so they need not be spread evenly together.
     #[inline(always)]
     fn first(self, choice: Choice, path: u32) -> Option<usize> {
         let pair = |first: u8| (first <= LAST_PAIR).then_some(usize::from(first));

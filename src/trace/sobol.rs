@@ -6,18 +6,11 @@
 //! (Sobol, USSR Computational Mathematics 7(4), 1967; direction numbers of Joe and Kuo, SIAM J. Sci. Comput. 30, 2008.)
 
 /// Coordinates of a point.
-pub(super) const DIMENSIONS: usize = 8;
+pub(super) const DIMENSIONS: usize = 5;
 
 /// Degree and coefficients of each dimension's polynomial, and its first direction numbers, from the second dimension on.
-const POLYNOMIALS: [(usize, u32, [u32; 5]); DIMENSIONS - 1] = [
-    (1, 0, [1, 0, 0, 0, 0]),
-    (2, 1, [1, 3, 0, 0, 0]),
-    (3, 1, [1, 3, 1, 0, 0]),
-    (3, 2, [1, 1, 1, 0, 0]),
-    (4, 1, [1, 1, 3, 3, 0]),
-    (4, 4, [1, 3, 5, 13, 0]),
-    (5, 2, [1, 1, 5, 5, 17]),
-];
+const POLYNOMIALS: [(usize, u32, [u32; 3]); DIMENSIONS - 1] =
+    [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1]), (3, 2, [1, 1, 1])];
 
 /// What each bit of a point's number adds to its coordinates.
 const DIRECTIONS: [[u32; DIMENSIONS]; 32] = directions();

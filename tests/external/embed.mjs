@@ -475,7 +475,8 @@ const flows = {
     }
     // More often than a service that is busy.
     await until("tries", () => proxy.missed >= 16, 60_000);
-    proxy.away = false;
+    // One that has just come back is busy.
+    Object.assign(proxy, { away: false, busy: 2, busyOn: /xyz|render/ });
     for (const id of ["i", "s"]) {
       await until(`${id} done`, () => last("done", id));
       const states = (await seen("progress", id)).map(({ detail }) => detail.state);

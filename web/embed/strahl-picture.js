@@ -1,10 +1,10 @@
-// docs/embed.md. No text becomes HTML, no address in an answer is followed.
+// docs/embed.md. It makes no HTML from text and follows no address of an answer.
 
-// Browsers open six connections.
+// Of six connections.
 const STREAMS = 3, FETCHES = 3, JOBS = 32, TRIES = 5;
-// Milliseconds; streams have a comment each 15 s, requests end after 30.
+// Milliseconds; streams have comments.
 const SILENCE = 40_000, POLL = 2_000, LATE = 60_000, PATIENCE = 4_000;
-// Pixels a side; tiles kept, 1 MiB each; zoom without tiles; tiles that a preview replaces.
+// Pixels a side; tiles kept, 1 MiB each; zoom without tiles; waiting tiles that a preview replaces.
 const SIDE = 2_048, TILES = 48, ZOOM = 16, WAITING = 12;
 const OVER = ["succeeded", "failed", "canceled", "expired"];
 
@@ -36,19 +36,18 @@ class Service {
     return answer;
   }
   async ask(path, { signal = this.signal, ...options } = {}) {
-    for (let failures = 0; ; failures++) {
+    for (let failures = 0, busy = 0; ; failures++) {
       let problem;
       while (asking >= FETCHES) await new Promise((done) => queue.push(done));
       asking++;
       try {
         const answer = await this.fetch(path, { ...options, signal });
         const type = answer.headers.get("content-type"), body = await (/json/.test(type) ? answer.json() : answer.blob());
-        const says = /problem/.test(type) && body;
-        // A gateway: the service is away.
-        if (answer.status >= 500 && !says) throw {};
-        if (failures) signal.tell?.("waiting");
+        problem = refused(answer, /problem/.test(type) ? body : undefined);
+        // A gateway's: the service is away.
+        if (answer.status >= 500 && !problem.problem) problem.status = 0;
+        else if (failures) signal.tell?.("waiting");
         if (answer.ok && !/^text/.test(type)) return { answer, body };
-        problem = refused(answer, says);
       } catch (error) {
         signal.throwIfAborted();
         problem = error;
@@ -57,7 +56,7 @@ class Service {
         queue.shift()?.();
       }
       if (!problem.status) signal.tell?.("offline");
-      else if (!isBusy(problem) || failures >= TRIES) throw problem;
+      else if (!isBusy(problem) || busy++ >= TRIES) throw problem;
       await pause(wait(failures, problem), signal);
     }
   }
@@ -91,7 +90,7 @@ async function run(line) {
       ms = await (polls ? poll(line, signal) : listen(line, signal));
     } catch (error) {
       if (!signal.aborted) {
-        signal.tell("offline");
+        signal.tell(error.status ? "waiting" : "offline");
         ms = wait(line.failures++, error);
       }
     }

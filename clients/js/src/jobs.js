@@ -1,4 +1,4 @@
-import { Backoff, PATIENCE, first, headerValue, hexOf, isObject, json, limitOf, pause, withList } from "./connection.js";
+import { Backoff, PATIENCE, first, headerValue, hexOf, json, limitOf, pause, withList } from "./connection.js";
 import { pictureOf } from "./picture.js";
 import { ConnectionError, DamagedError, Problem } from "./problems.js";
 import { events } from "./sse.js";
@@ -362,17 +362,12 @@ export async function typeOf(scene) {
 export async function textOf(scene) {
   if (typeof scene === "string") return scene;
   const file = fileOf(scene);
-  if (!file) return JSON.stringify(plain(scene));
+  if (!file) {
+    const text = JSON.stringify(scene);
+    // JSON makes that of promises, answers, streams and maps.
+    if (text?.startsWith("{") && text !== "{}") return text;
+    throw new TypeError(`a scene is an object, its JSON text, its bytes or a Blob, not ${/** @type {any} */ (scene)?.constructor?.name ?? scene}`);
+  }
   if (!/\/json\b/.test(await typeOf(scene))) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
   return file instanceof Blob ? file.text() : new TextDecoder().decode(file);
-}
-
-/**
- * Refuses what JSON would make `{}` of: promises, streams, maps, forms.
- * @param {unknown} scene
- */
-function plain(scene) {
-  const isOther = !isObject(scene) || ["then", "getReader", Symbol.iterator, Symbol.asyncIterator].some((key) => key in /** @type {object} */ (scene));
-  if (!isOther) return scene;
-  throw new TypeError(`a scene is an object, its JSON text, its bytes or a Blob, not ${/** @type {any} */ (scene)?.constructor?.name ?? scene}`);
 }

@@ -209,6 +209,16 @@ def test_a_wait_for_a_job_keeps_its_time():
     all_late(*waits("http://strahl.test", httpx.MockTransport(busy)), *waits("http://127.0.0.1:1"))
 
 
+def test_a_wait_that_ends_knows_how_far_the_job_is():
+    def patient(request):
+        time.sleep(int(request.headers["prefer"].removeprefix("wait=")))
+        return httpx.Response(200, json={"id": "a", "state": "running"})
+
+    job = strahl.Job(Client("http://strahl.test", transport=httpx.MockTransport(patient)), {"id": "a", "state": "queued"})
+    with pytest.raises(TimeoutError, match=r"job a is running after 1\.5 seconds"):
+        job.wait(timeout=1.5)
+
+
 @contextlib.contextmanager
 def silent_after(*beginnings):
     """A service that sends one of these on each connection, and then nothing; its URL, and how often it was asked."""

@@ -108,6 +108,9 @@ fn bodies_that_are_partly_glass_keep_their_light() {
         (1.0, 0.0, 0.0, json!({ "specular": 0 })),
         (1.0, 0.3, 0.0, json!({ "specular": 0.5 })),
         (1.0, 1.0, 0.0, json!({ "specular_color": [2, 2, 2] })),
+        (0.5, 0.0, 0.0, json!({ "specular_color": [2, 2, 2] })),
+        (0.8, 0.0, 0.0, json!({ "specular_color": [5, 5, 5] })),
+        (0.5, 0.5, 0.0, json!({ "specular_color": [5, 5, 5] })),
         (1.0, 0.0, 0.0, json!({ "specular_color": [2, 2, 2] })),
     ] {
         let mut material = json!({ "metallic": metallic, "roughness": roughness, "transmission": transmission });

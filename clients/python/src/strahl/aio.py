@@ -337,8 +337,10 @@ class AsyncJob:
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
         while self.state in {"queued", "running"}:
+            # So that an answer comes in time.
+            patience = 1 if on_progress else max(1, int(min(20, end - time.monotonic())))
             try:
-                self.view = await self._client._do(calls.job(self.id, 1 if on_progress else 20), end)
+                self.view = await self._client._do(calls.job(self.id, patience), end)
             except TimeoutError:
                 raise TimeoutError(f"job {self.id} is {self.state} after {timeout} seconds") from None
             if on_progress:
@@ -355,7 +357,7 @@ class AsyncJob:
         """Writes its picture to a file, without keeping it in memory. The file is there only if it is whole."""
         # Of its own: two downloads to one file do not mix.
         part = f"{os.fspath(path)}.{uuid.uuid4().hex[:8]}.part"
-        backoff = Backoff(self._client.retries)
+        backoff = Backoff(self._client.retries, following=True)
         try:
             while True:
                 digest, answered = hashlib.sha256(), False
