@@ -363,9 +363,9 @@ export async function textOf(scene) {
   if (typeof scene === "string") return scene;
   const file = fileOf(scene);
   if (!file) {
-    const text = JSON.stringify(scene);
-    // JSON makes that of promises, answers, streams and maps.
-    if (text?.startsWith("{") && text !== "{}") return text;
+    const text = JSON.stringify(scene), isStream = Symbol.asyncIterator in Object(scene);
+    // JSON makes `{}` of promises, answers and maps.
+    if (text?.startsWith("{") && text !== "{}" && !isStream) return text;
     throw new TypeError(`a scene is an object, its JSON text, its bytes or a Blob, not ${/** @type {any} */ (scene)?.constructor?.name ?? scene}`);
   }
   if (!/\/json\b/.test(await typeOf(scene))) throw new TypeError("this request takes a scene in JSON; NFF and models can be rendered and explained");
