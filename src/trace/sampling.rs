@@ -17,7 +17,7 @@ use crate::scene::effects::{Effect, SceneEffects};
 const PLACES: u32 = 974;
 
 /// The last coordinate that begins a pair. Coordinates 4 and 5 of 256 points are even in rectangles of 8 points (t = 3), those
-/// before in ones of 2; gloss behind a lens had 2.4 times the error by that.
+/// before in ones of 2; gloss behind a lens had 2.5 times the error by that.
 const LAST_PAIR: u8 = 3;
 
 /// Kinds of choices.
