@@ -5,7 +5,7 @@
 
 use super::bounds::Slab;
 use super::build_primitive::{Box4, BuildPrimitive, NodeBounds, centers};
-use super::sah::Binning;
+use super::sah::{Binning, has_less_surface};
 use crate::control;
 use crate::lanes::Real;
 use std::ops::Range;
@@ -36,13 +36,16 @@ pub struct Bvh<R> {
     pub(super) nodes: Vec<Node<R>>,
 }
 
+/// In place of the axis of a split: the children are of two kinds.
+pub(super) const BY_KIND: usize = 3;
+
 /// A node: inner with two children side by side, or a leaf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node<R> {
     pub(super) slab: Slab<R>,
     /// First child, or for a leaf the index of its first primitive.
     pub(super) first: u32,
-    /// Primitives of a leaf, or for an inner node -1 minus the axis of its split.
+    /// Primitives of a leaf, or for an inner node -1 minus the axis of its split, or minus [`BY_KIND`].
     count: i32,
 }
 
@@ -74,8 +77,23 @@ impl<R: Real> Bvh<R> {
             nodes.reserve_exact(tree.len());
             nodes.push(Node { slab: Box4::empty().slab(), first: 0, count: 0 });
             tree.lay_out(0, &mut nodes);
+            count_primitives(&mut nodes, primitives);
         }
         Self { nodes }
+    }
+}
+
+/// Where leaves hold runs of primitives, makes them hold the primitives.
+fn count_primitives<R: Real>(nodes: &mut [Node<R>], runs: &[BuildPrimitive<R>]) {
+    let mut starts = Vec::with_capacity(runs.len() + 1);
+    starts.push(0);
+    starts.extend(runs.iter().scan(0, |end, run| {
+        *end += run.count();
+        Some(*end)
+    }));
+    for node in nodes.iter_mut().filter(|node| node.axis().is_none()) {
+        let Range { start, end } = node.places();
+        (node.first, node.count) = (starts[start], (starts[end] - starts[start]) as i32);
     }
 }
 
@@ -91,6 +109,8 @@ struct Rule<F> {
 pub(super) enum Wholeness {
     /// A leaf, always.
     Whole,
+    /// A leaf, or one for each of two kinds. Bit i says whether the one at i is of the kind of the first.
+    Pair { first: u32 },
     /// A leaf, if they are few and the heuristic says so.
     Any,
     /// No leaf.
@@ -229,18 +249,23 @@ fn split<R: Real>(
         return None;
     }
     let wholeness = wholeness(primitives);
-    let may_be_leaf = primitives.len() <= LEAF_SIZE && wholeness != Wholeness::Apart;
-    if (may_be_leaf && kind == BvhKind::Median) || wholeness == Wholeness::Whole {
+    if let (Wholeness::Pair { first }, BvhKind::Sah) = (wholeness, kind) {
+        return split_kinds(primitives, bounds, first);
+    }
+    let count = || primitives.iter().map(BuildPrimitive::count).sum::<u32>() as usize;
+    let may_be_leaf = primitives.len() <= LEAF_SIZE && count() <= LEAF_SIZE && wholeness != Wholeness::Apart;
+    let is_leaf = matches!(wholeness, Wholeness::Whole | Wholeness::Pair { .. });
+    if (may_be_leaf && kind == BvhKind::Median) || is_leaf {
         return None;
     }
     if kind == BvhKind::Sah && depth < SAH_DEPTH {
         let binning = Binning::new(&bounds.centers, primitives.len());
         let best = binning.best(primitives, &bounds.around);
-        if may_be_leaf && best.is_none_or(|(plane, _)| plane.cost >= primitives.len() as f64) {
+        if may_be_leaf && best.is_none_or(|(plane, _)| plane.cost >= count() as f64) {
             return None;
         }
         if let Some((plane, [before, behind])) = best {
-            let middle = partition(primitives, |primitive| binning.is_before(&plane, primitive));
+            let middle = partition(primitives, |_, primitive| binning.is_before(&plane, primitive));
             // In a pass of its own: where a primitive chose one of two boxes, they could not stay in registers.
             let (first, second) = primitives.split_at(middle);
             let halves = [
@@ -261,7 +286,7 @@ fn split<R: Real>(
         2
     };
     let middle = primitives.len() / 2;
-    let key = |primitive: &BuildPrimitive<R>| (primitive.center()[axis].to_f64(), primitive.index());
+    let key = |primitive: &BuildPrimitive<R>| (primitive.center()[axis].to_f64(), primitive.indices().start);
     primitives.select_nth_unstable_by(middle, |a, b| {
         let (a, b) = (key(a), key(b));
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
@@ -270,12 +295,32 @@ fn split<R: Real>(
     Some(Split { axis, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
 }
 
+/// Splits primitives of two kinds that might be one leaf, if a ray that crosses their box will seldom cross both of theirs: a floor
+/// has a flat one, which no ray that leaves it meets, and balls on it fill little of it. `first` has a bit for each, as
+/// [`Wholeness::Pair`] does.
+fn split_kinds<R: Real>(primitives: &mut [BuildPrimitive<R>], bounds: &NodeBounds<R>, first: u32) -> Option<Split<R>> {
+    let of = |is_first: bool| {
+        let of_kind = primitives.iter().enumerate().filter(|(i, _)| (first >> i & 1 == 1) == is_first);
+        of_kind.fold(Box4::empty(), |around, (_, primitive)| around.union(primitive.0))
+    };
+    if !has_less_surface([of(true), of(false)], &bounds.around) {
+        return None;
+    }
+    let middle = partition(primitives, |i, _| first >> i & 1 == 1);
+    let (before, behind) = primitives.split_at(middle);
+    Some(Split { axis: BY_KIND, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
+}
+
 /// Moves the primitives that are `first` to the front, and returns how many there are. It has no branch on a primitive, which no
 /// processor could predict.
-fn partition<R: Real>(primitives: &mut [BuildPrimitive<R>], first: impl Fn(&BuildPrimitive<R>) -> bool) -> usize {
+fn partition<R: Real>(
+    primitives: &mut [BuildPrimitive<R>],
+    first: impl Fn(usize, &BuildPrimitive<R>) -> bool,
+) -> usize {
     let mut count = 0;
     for i in 0..primitives.len() {
-        let is_first = first(&primitives[i]);
+        // What is swapped lies in front of it, so this one is still where it was.
+        let is_first = first(i, &primitives[i]);
         primitives.swap(i, count);
         count += usize::from(is_first);
     }
@@ -293,7 +338,7 @@ mod tests {
     }
 
     fn primitives(boxes: &[Bounds]) -> Vec<BuildPrimitive<f32>> {
-        boxes.iter().zip(0..).map(|(b, i)| BuildPrimitive::new(&b.narrowed(), i)).collect()
+        boxes.iter().zip(0..).map(|(b, i)| BuildPrimitive::new(&b.narrowed(), i, 1)).collect()
     }
 
     fn split_all(_: &[BuildPrimitive<f32>]) -> Wholeness {
@@ -327,8 +372,8 @@ mod tests {
                     bvh.nodes.iter().filter(|node| node.axis().is_none()).flat_map(Node::places).collect();
                 places.sort_unstable();
                 assert!(places.into_iter().eq(0..boxes.len()));
-                primitives.sort_unstable_by_key(BuildPrimitive::index);
-                assert!(primitives.iter().map(|primitive| primitive.index() as usize).eq(0..boxes.len()));
+                primitives.sort_unstable_by_key(|primitive| primitive.indices().start);
+                assert!(primitives.iter().flat_map(BuildPrimitive::indices).eq(0..boxes.len()));
                 if !boxes.is_empty() {
                     assert!(depth(&bvh, 0) <= MAX_DEPTH);
                 }

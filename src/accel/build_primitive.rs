@@ -1,7 +1,9 @@
-//! Primitives while a hierarchy is built: their boxes lie side by side in memory, and are moved instead of pointed at.
+//! Primitives while a hierarchy is built, alone or in runs of neighbours that stay together: their boxes lie side by side in
+//! memory, and are moved instead of pointed at.
 
 use super::bounds::Slab;
 use crate::lanes::Real;
+use std::ops::Range;
 
 /// A box of four coordinates, three of which are space. The union of two takes one instruction for each side; with three
 /// coordinates it takes more.
@@ -49,21 +51,31 @@ fn larger<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
-/// The box of a primitive. The fourth coordinates hold its index, in two halves of 16 bits, which every format represents
+/// The box of a primitive, or of a run of some whose indices follow each other. The fourth coordinates hold the first index, in
+/// two halves of 16 bits, the lower with the count in the 8 bits above it: every format represents whole numbers of 24 bits
 /// exactly. It takes 32 bytes in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BuildPrimitive<R>(pub(super) Box4<R>);
 
 impl<R: Real> BuildPrimitive<R> {
-    pub(super) fn new(slab: &Slab<R>, index: u32) -> Self {
+    /// `count` primitives, from 1 to 255, in one box.
+    pub(super) fn new(slab: &Slab<R>, first: u32, count: u32) -> Self {
         let half = |bits: u32| R::from_f64(f64::from(bits));
         let ([a, b, c], [x, y, z]) = (slab.min, slab.max);
-        Self(Box4 { min: [a, b, c, half(index & 0xffff)], max: [x, y, z, half(index >> 16)] })
+        Self(Box4 { min: [a, b, c, half(count << 16 | first & 0xffff)], max: [x, y, z, half(first >> 16)] })
     }
 
-    /// Index of the primitive.
-    pub(super) fn index(&self) -> u32 {
-        (self.0.max[3].to_f64() as u32) << 16 | self.0.min[3].to_f64() as u32
+    /// Number of primitives.
+    #[inline(always)]
+    pub(super) fn count(&self) -> u32 {
+        self.0.min[3].to_f64() as u32 >> 16
+    }
+
+    /// Indices of the primitives.
+    pub(super) fn indices(&self) -> Range<usize> {
+        let [low, high] = [self.0.min[3], self.0.max[3]].map(|half| half.to_f64() as usize);
+        let first = high << 16 | low & 0xffff;
+        first..first + (low >> 16)
     }
 
     /// Twice the centre. The fourth coordinate means nothing.

@@ -9,6 +9,7 @@ use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Attributes, Item, Mesh, Primitive, Shape};
+use super::triangle_runs;
 use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
 use crate::lanes::Real;
@@ -49,25 +50,19 @@ impl<R: Real> Geometry<R> {
         let most = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
         let count = items.iter().map(most).sum();
         let mut sources = Vec::with_capacity(count);
-        let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(count);
+        let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(items.len());
+        let longest = triangle_runs::longest(count, kind);
         let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                let first = build.len();
-                let faces = 0..mesh.faces.len() as u32;
-                build.resize(first + mesh.faces.len(), BuildPrimitive::new(&Bounds::EMPTY.narrowed(), 0));
-                let boxes = build[first..].par_iter_mut().zip(faces.clone()).map(|(primitive, face)| {
-                    let tight = Bounds::around(mesh.points(face as usize));
-                    *primitive = BuildPrimitive::new(&tight.narrowed(), first as u32 + face);
-                    tight
-                });
-                bounds = bounds.union(boxes.reduce(|| Bounds::EMPTY, Bounds::union));
-                sources.extend(faces.map(|face| Primitive { item: item_index, face }));
+                let around = triangle_runs::push(&mut build, mesh, sources.len() as u32, longest);
+                bounds = bounds.union(around);
+                sources.extend((0..mesh.faces.len() as u32).map(|face| Primitive { item: item_index, face }));
             } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
                     let tight = extent.tight_box();
-                    build.push(BuildPrimitive::new(&tight.narrowed(), build.len() as u32));
+                    build.push(BuildPrimitive::new(&tight.narrowed(), sources.len() as u32, 1));
                     bounds = bounds.union(tight);
                     sources.push(Primitive { item: item_index, face: 0 });
                 }
@@ -76,13 +71,18 @@ impl<R: Real> Geometry<R> {
             }
         }
 
-        let source = |primitive: &BuildPrimitive<R>| sources[primitive.index() as usize];
-        let wholeness = |range: &[BuildPrimitive<R>]| wholeness(&items, range.iter().map(source));
+        let of = |run: &BuildPrimitive<R>| &sources[run.indices()];
+        let wholeness = |runs: &[BuildPrimitive<R>]| wholeness(&items, runs.iter().map(of));
         let bvh = Bvh::build(&mut build, kind, &wholeness);
         // Made where it stays: a list that became one of several owners would be copied.
-        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, build.len()).collect();
+        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, sources.len()).collect();
         let primitives = Arc::make_mut(&mut owned);
-        primitives.par_iter_mut().zip(&build).for_each(|(primitive, built)| *primitive = source(built));
+        let mut places = &mut *primitives;
+        for run in build.iter().map(of) {
+            let (own, behind) = places.split_at_mut(run.len());
+            own.copy_from_slice(run);
+            places = behind;
+        }
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -308,9 +308,16 @@ mod tests {
             };
             let all: Vec<(Bounds, Primitive)> = items.iter().zip(0..).flat_map(of).collect();
             let mut build: Vec<_> =
-                all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index)).collect();
-            let bvh = Bvh::build(&mut build, BvhKind::Sah, &|_: &[_]| Wholeness::Any);
-            let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.index() as usize].1).collect();
+                all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index, 1)).collect();
+            let wholeness = |runs: &[BuildPrimitive<f32>]| {
+                let of = |run: &BuildPrimitive<f32>| std::slice::from_ref(&all[run.indices().start].1);
+                match wholeness(&items, runs.iter().map(of)) {
+                    Wholeness::Whole => Wholeness::Any,
+                    other => other,
+                }
+            };
+            let bvh = Bvh::build(&mut build, BvhKind::Sah, &wholeness);
+            let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.indices().start].1).collect();
             let twin = WideBvh::new(&bvh, &items, &mut primitives);
 
             let nodes = |wide: &WideBvh<f32>| -> Vec<_> {

@@ -21,6 +21,7 @@ mod sah;
 mod shaft;
 mod surface;
 mod traversal;
+mod triangle_runs;
 mod wide_bvh;
 
 pub use bounds::Bounds;

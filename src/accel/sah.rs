@@ -169,6 +169,15 @@ fn half_area<R: Real>(around: &Box4<R>, unit: R) -> R {
     x * y + y * z + z * x
 }
 
+/// Whether two boxes have less surface together than the box around them.
+pub(super) fn has_less_surface<R: Real>(boxes: [Box4<R>; 2], around: &Box4<R>) -> bool {
+    let (_, [x, y, z, _]) = around.sides();
+    let longest = [y, z].into_iter().fold(x, |a, b| if b > a { b } else { a });
+    let unit = R::from_f64(1.0) / longest;
+    let [a, b] = boxes.map(|part| half_area(&part, unit));
+    a + b < half_area(around, unit)
+}
+
 /// What is in the bins of each axis.
 #[derive(Debug, Clone, PartialEq)]
 struct Bins<R> {
@@ -188,7 +197,7 @@ impl<R: Real> Bins<R> {
     fn add_on(&mut self, axis: usize, primitive: &BuildPrimitive<R>, bin: usize) {
         let around = &mut self.boxes[axis][bin];
         *around = around.union(primitive.0);
-        self.counts[axis][bin] += 1;
+        self.counts[axis][bin] += primitive.count();
     }
 
     fn merged(mut self, other: &Self) -> Self {
@@ -212,7 +221,9 @@ mod tests {
 
     fn primitives(count: u32) -> Vec<BuildPrimitive<f32>> {
         let corner = |i: u32| DVec3::new(crate::math::sin_cos(f64::from(i) * 0.7).0, f64::from(i * 31 % 97), 5.0);
-        (0..count).map(|i| BuildPrimitive::new(&Bounds::around([corner(i), corner(i) + 0.01]).narrowed(), i)).collect()
+        (0..count)
+            .map(|i| BuildPrimitive::new(&Bounds::around([corner(i), corner(i) + 0.01]).narrowed(), i, 1))
+            .collect()
     }
 
     #[test]

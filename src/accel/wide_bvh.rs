@@ -5,7 +5,7 @@
 //! 2008).
 
 use super::bounds::Slab;
-use super::build::{Bvh, Node, Wholeness};
+use super::build::{BY_KIND, Bvh, Node, Wholeness};
 use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
@@ -270,19 +270,29 @@ impl<R: Real> WideNode<R> {
 }
 
 /// What some primitives may be together. Few of at most two kinds are tested as quickly as one. Each placed geometry has a box of
-/// its own: to enter it costs more than a node.
-pub(super) fn wholeness<R: Real>(items: &[Item<R>], primitives: impl ExactSizeIterator<Item = Primitive>) -> Wholeness {
-    let count = primitives.len();
-    if count > R::LANES {
+/// its own: to enter it costs more than a node. Those of a run are of one item.
+pub(super) fn wholeness<'a, R: Real>(
+    items: &[Item<R>],
+    runs: impl ExactSizeIterator<Item = &'a [Primitive]>,
+) -> Wholeness {
+    if runs.len() > R::LANES {
         return Wholeness::Any;
     }
-    let (mut kinds, mut instances) = (Kinds::default(), false);
-    for primitive in primitives {
-        let item = &items[primitive.item as usize];
-        kinds = kinds.with(Kinds::of(kind_of(item)));
+    let (mut kinds, mut instances, mut count) = (Kinds::default(), false, 0);
+    let (mut known, mut first) = (None, 0);
+    for (place, run) in runs.enumerate() {
+        count += run.len();
+        if count > R::LANES {
+            return Wholeness::Any;
+        }
+        let item = &items[run[0].item as usize];
+        let kind = kind_of(item);
+        first |= u32::from(*known.get_or_insert(kind) == kind) << place;
+        kinds = kinds.with(Kinds::of(kind));
         instances |= matches!(item.shape, Shape::Instance(_));
     }
     match () {
+        () if kinds.are_whole() && kinds.0.count_ones() > 1 => Wholeness::Pair { first },
         () if kinds.are_whole() => Wholeness::Whole,
         () if instances && count > 1 => Wholeness::Apart,
         () => Wholeness::Any,
@@ -338,9 +348,9 @@ struct Below {
 }
 
 impl Below {
-    fn inner(a: Self, b: Self, lanes: usize) -> Self {
+    fn inner(a: Self, b: Self, is_split_by_kind: bool, lanes: usize) -> Self {
         let (count, kinds) = (a.count + b.count, a.kinds.with(b.kinds));
-        let fits = kinds.are_whole() && count as usize <= lanes;
+        let fits = kinds.are_whole() && count as usize <= lanes && !is_split_by_kind;
         Self { start: a.start, count, kinds, leaves: if fits { 1 } else { a.leaves + b.leaves } }
     }
 
@@ -361,9 +371,9 @@ fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> 
     let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
     let mut below: Vec<Below> = each.collect();
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        if node.axis().is_some() {
+        if let Some(axis) = node.axis() {
             let first = node.first as usize;
-            below[index] = Below::inner(below[first], below[first + 1], R::LANES);
+            below[index] = Below::inner(below[first], below[first + 1], axis == BY_KIND, R::LANES);
         }
     }
     below

@@ -149,12 +149,17 @@ impl Film {
     /// where a highlight on glass is brighter than its alpha, they have more alpha: over black the light is whole, and what is
     /// behind it shows less.
     fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {
-        let undo = |(pixel, alpha): (&[f32; 3], &f32)| {
+        let mut colors = vec![[0.0; 3]; self.pixels.len()];
+        let mut alphas = vec![0.0; self.alpha.len()];
+        let own = self.pixels.par_iter().zip(&self.alpha).with_min_len(1 << 10);
+        own.zip(&mut colors).zip(&mut alphas).for_each(|(((pixel, alpha), color), raised)| {
             let shown = self.display.show_part(*pixel, *alpha);
-            let alpha = part::raised(*alpha, shown);
-            (if alpha > 0.0 { shown.map(|channel| channel / alpha) } else { [0.0; 3] }, alpha)
-        };
-        self.pixels.par_iter().zip(&self.alpha).map(undo).unzip()
+            *raised = part::raised(*alpha, shown);
+            if *raised > 0.0 {
+                *color = shown.map(|channel| channel / *raised);
+            }
+        });
+        (colors, alphas)
     }
 
     /// How many codes a pixel is off at most, channel by channel, if its radiance is nowhere above `highest`, and its alpha not below

@@ -22,6 +22,10 @@ impl Display {
         if self.is_linear() {
             return self.show(radiance);
         }
+        if alpha == 0.0 && radiance == [0.0; 3] {
+            // As most of a model's picture is.
+            return radiance;
+        }
         let most = self.brightest(radiance);
         if most <= alpha {
             let shown = self.show(radiance.map(|channel| if alpha > 0.0 { channel / alpha } else { 0.0 }));

@@ -135,11 +135,12 @@ impl Kernel {
         let needed = [
             effects.has(Effect::Reflection) || effects.has(Effect::Fresnel),
             effects.has(Effect::Transmission) || effects.has(Effect::Absorption),
+            world.has_footprints(),
             effects.has_details(),
             effects.needs_sampling(),
         ];
-        let names = ["REFLECTION", "TRANSMISSION", "DETAILS", "SAMPLED"];
-        let has: Vec<&str> = (0..4).filter(|i| axes[*i]).map(|i| names[i]).collect();
+        let names = ["REFLECTION", "TRANSMISSION", "FOOTPRINTS", "DETAILS", "SAMPLED"];
+        let has: Vec<&str> = (0..names.len()).filter(|i| axes[*i]).map(|i| names[i]).collect();
         let kernel = if has.is_empty() { "LOCAL".to_owned() } else { has.join("|") };
         let level = Level::new();
         let code = format!("{} {kernel} {precision:?} {level:?}", env!("CARGO_PKG_VERSION"));
@@ -149,7 +150,7 @@ impl Kernel {
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
         Self {
             kernel,
-            superset_of_needed: (0..4).filter(|i| axes[*i] && !needed[*i]).map(|i| names[i]).collect(),
+            superset_of_needed: (0..names.len()).filter(|i| axes[*i] && !needed[*i]).map(|i| names[i]).collect(),
             kernel_hash: format!("{hash:016x}"),
             precision,
         }

@@ -11,9 +11,10 @@ pub(crate) const CONTRAST: u8 = 8;
 /// The largest difference of each traced pixel from one of its eight neighbours, row by row: over black, and over what is behind a
 /// transparent background.
 pub(super) fn contrasts_of(display: &Display, traced: &Traced, width: u32) -> Vec<u8> {
-    let mut of_colors = contrasts(&codes_of(display, &traced.pixels), width);
+    let shown = display.all(&traced.pixels);
+    let mut of_colors = contrasts(&codes_of_shown(&shown), width);
     if !traced.alpha.is_empty() {
-        let over_background = contrasts(&codes_over_background(display, &traced.pixels, &traced.alpha), width);
+        let over_background = contrasts(&codes_of_shown_over_background(display, &shown, &traced.alpha), width);
         of_colors.iter_mut().zip(over_background).for_each(|(most, contrast)| *most = contrast.max(*most));
     }
     of_colors
@@ -32,14 +33,21 @@ pub(super) fn codes_over_both(display: &Display, pixels: &[[f32; 3]], alpha: &[f
 
 /// The same over the background alone; of none without alpha.
 pub(super) fn codes_over_background(display: &Display, pixels: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 3]> {
-    let pixels = pixels.par_iter().with_min_len(1 << 12).zip(alpha);
-    pixels.map(|(pixel, alpha)| over_background(display, *pixel, *alpha)).collect()
+    codes_of_shown_over_background(display, &display.all(pixels), alpha)
+}
+
+fn codes_of_shown_over_background(display: &Display, shown: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 3]> {
+    let shown = shown.par_iter().with_min_len(1 << 12).zip(alpha);
+    shown.map(|(shown, alpha)| shown_over_background(display, *shown, *alpha)).collect()
 }
 
 /// The 8-bit codes of a pixel over the backdrop, or half of those over white: what a page shows behind it will be something between
 /// black and white. If differences over white counted in full, pictures of glass would take 1.2 times the rays.
 pub(super) fn over_background(display: &Display, pixel: [f32; 3], alpha: f32) -> [u8; 3] {
-    let shown = display.show(pixel);
+    shown_over_background(display, display.show(pixel), alpha)
+}
+
+fn shown_over_background(display: &Display, shown: [f32; 3], alpha: f32) -> [u8; 3] {
     let code = |channel: f32, behind: f32| Codes8::get().code(channel + behind * (1.0 - alpha));
     match display.backdrop() {
         Some(behind) => std::array::from_fn(|c| code(shown[c], behind[c])),
@@ -49,9 +57,13 @@ pub(super) fn over_background(display: &Display, pixel: [f32; 3], alpha: f32) ->
 
 /// The 8-bit codes of pixels.
 pub(super) fn codes_of(display: &Display, pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
-    let mut codes = vec![[0; 3]; pixels.len()];
-    pixels.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(pixels, codes)| {
-        Codes8::get().codes(display.all(pixels).as_flattened(), codes.as_flattened_mut());
+    codes_of_shown(&display.all(pixels))
+}
+
+fn codes_of_shown(shown: &[[f32; 3]]) -> Vec<[u8; 3]> {
+    let mut codes = vec![[0; 3]; shown.len()];
+    shown.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(shown, codes)| {
+        Codes8::get().codes(shown.as_flattened(), codes.as_flattened_mut());
     });
     codes
 }

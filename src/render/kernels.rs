@@ -9,7 +9,7 @@ use crate::lanes::Lanes;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use crate::trace::pixel::{Samples, eye_media};
-use crate::trace::variants::{General, KernelVariant, Local, Variant, Whitted};
+use crate::trace::variants::{Filtered, General, KernelVariant, Local, Variant, Whitted};
 use fearless_simd::{Level, f32x16, f64x8};
 
 /// A module for one format and instruction set. Its `trace` takes the instance for the job's variant, or the general one.
@@ -49,11 +49,11 @@ macro_rules! format {
     ($format:ident, $real:ident, $lanes:ident) => {
         mod $format {
             #[cfg(target_arch = "x86_64")]
-            instances!(avx512, $real, $lanes<fearless_simd::x86::Avx512>, Local Whitted);
+            instances!(avx512, $real, $lanes<fearless_simd::x86::Avx512>, Local Whitted Filtered);
             #[cfg(target_arch = "x86_64")]
-            instances!(avx2, $real, $lanes<fearless_simd::x86::Avx2>, Local Whitted);
+            instances!(avx2, $real, $lanes<fearless_simd::x86::Avx2>, Local Whitted Filtered);
             #[cfg(target_arch = "aarch64")]
-            instances!(neon, $real, $lanes<fearless_simd::aarch64::Neon>, Local Whitted);
+            instances!(neon, $real, $lanes<fearless_simd::aarch64::Neon>, Local Whitted Filtered);
             instances!(one_lane, $real, $real,);
         }
 

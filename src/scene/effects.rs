@@ -58,7 +58,7 @@ effects! {
     TotalReflection "total_reflection" Core,
     Refraction "refraction" Core,
     HollowBodies "hollow_bodies" Core,
-    CheckerTexture "checker_texture" Details,
+    CheckerTexture "checker_texture" Core,
     GradientTexture "gradient_texture" Details,
     NoiseTexture "noise_texture" Details,
     ImageTexture "image_texture" Details,
@@ -92,7 +92,7 @@ effects! {
 /// Which kernels hold an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
-    /// Every kernel, or those for mirrors and clear bodies.
+    /// Every kernel, or those for mirrors, clear bodies and the footprints of rays.
     Core,
     /// Kernels for what surfaces, bodies and the space between them do beyond Whitted's model.
     Details,

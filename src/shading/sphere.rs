@@ -68,15 +68,34 @@ impl Sphere {
         })
     }
 
-    /// The mean light around a unit direction, over about so many radians.
-    pub(super) fn mean(&self, dir: DVec3, spread: f64) -> Rgb {
+    /// Means over about so many radians.
+    pub(super) fn lobe(&self, spread: f64) -> Lobe<'_> {
         let finest = PI / f64::from(ROWS);
         let level = math::log2((spread / finest).max(1.0)).min((self.levels.len() - 1) as f64);
-        let (below, share) = (level.floor(), level - level.floor());
+        let below = level.floor();
+        let share = level - below;
+        let next = (share > 0.0).then(|| &self.levels[below as usize + 1]);
+        Lobe { spread, level: &self.levels[below as usize], next, share }
+    }
+}
+
+/// How wide a mean is, and which copies it is taken from.
+#[derive(Debug)]
+pub(super) struct Lobe<'a> {
+    spread: f64,
+    level: &'a Level,
+    /// The next smaller copy, and its share.
+    next: Option<&'a Level>,
+    share: f64,
+}
+
+impl Lobe<'_> {
+    /// The mean light around a unit direction.
+    pub(super) fn mean(&self, dir: DVec3) -> Rgb {
         let place = Place::of(dir);
-        let at = |level: usize| self.levels[level].mean(&place, spread);
-        let light = at(below as usize);
-        if share > 0.0 { light * (1.0 - share) + at(below as usize + 1) * share } else { light }
+        let light = self.level.mean(&place, self.spread);
+        let Some(next) = self.next else { return light };
+        light * (1.0 - self.share) + next.mean(&place, self.spread) * self.share
     }
 }
 
@@ -124,7 +143,8 @@ impl Level {
 
     fn mean(&self, Place { turn, height, flat }: &Place, spread: f64) -> Rgb {
         let down = (height * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
-        let (row, share) = (down.floor() as usize, down - down.floor());
+        let row = down as usize;
+        let share = down - row as f64;
         let next = (row + 1).min(self.rows - 1);
         // Towards the poles texels become narrow.
         let width = spread / (2.0 * PI * flat.max(1e-9)) * self.columns() as f64;
@@ -134,12 +154,14 @@ impl Level {
     /// The mean over so many texels of a row.
     fn across(&self, row: usize, turn: f64, width: f64) -> Rgb {
         let columns = self.columns();
-        let at = |column: i64| self.texel(column.rem_euclid(columns as i64) as usize, row);
+        // The number of columns is a power of two.
+        let at = |column: i64| self.texel(column as usize & (columns - 1), row);
         let middle = turn * columns as f64;
         if width < 2.0 {
-            let left = (middle - 0.5).floor();
-            let share = middle - 0.5 - left;
-            return at(left as i64) * (1.0 - share) + at(left as i64 + 1) * share;
+            let place = middle - 0.5;
+            let left = place as i64 - i64::from(place < 0.0);
+            let share = place - left as f64;
+            return at(left) * (1.0 - share) + at(left + 1) * share;
         }
         let count = (width as i64).min(columns as i64);
         let first = (middle - 0.5 * count as f64).round() as i64;
@@ -197,7 +219,8 @@ mod tests {
             let sphere = Sphere::new(&lamp(rows, 256));
             let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
             for spread in [0.01, 0.05, 0.11, 0.3, 0.7] {
-                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * sphere.mean(dir, spread).x).sum();
+                let lobe = sphere.lobe(spread);
+                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * lobe.mean(dir).x).sum();
                 assert!((seen / all - 1.0).abs() < 0.2, "{rows} rows, {spread}: {seen} for {all}");
             }
         }

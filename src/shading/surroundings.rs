@@ -3,7 +3,7 @@
 //! (Karis, Real Shading in Unreal Engine 4, 2013). Nothing in the scene hides any of it.
 
 use super::microfacet::{smith_g1, visible_facet};
-use super::sphere::{Sphere, middle};
+use super::sphere::{Lobe, Sphere, middle};
 use super::texture::environment::Environment;
 use super::texture::mipmap::Mipmap;
 use crate::lanes::{Double, Lanes, Mask, Real, V3};
@@ -152,7 +152,7 @@ fn blurred(sphere: &Sphere, i: usize) -> Environment {
     let (roughness, rows) = BLURRED[i];
     let alpha = roughness * roughness;
     let up = V3 { x: 0.0, y: 0.0, z: 1.0 };
-    let looks: Vec<(V3<f64>, f64, f64)> = (0..LOOKS)
+    let looks: Vec<(V3<f64>, f64, Lobe<'_>)> = (0..LOOKS)
         .filter_map(|i| {
             // Hammersley's points.
             let point = [(f64::from(i) + 0.5) / f64::from(LOOKS), f64::from(i.reverse_bits()) / 4_294_967_296.0];
@@ -162,15 +162,15 @@ fn blurred(sphere: &Sphere, i: usize) -> Environment {
             let spread = alpha * alpha * facet.z * facet.z + across;
             let density = alpha * alpha / (4.0 * PI * spread * spread);
             let angle = (1.0 / (f64::from(LOOKS) * density)).sqrt().min(0.5);
-            (out.z > 0.0).then(|| (out, smith_g1((), up, out, alpha), angle))
+            (out.z > 0.0).then(|| (out, smith_g1((), up, out, alpha), sphere.lobe(angle)))
         })
         .collect();
     let all: f64 = looks.iter().map(|(_, weight, _)| weight).sum();
     let texel = |i: u32| {
         let n = middle(i % (2 * rows), i / (2 * rows), rows);
         let (right, ahead) = n.any_orthonormal_pair();
-        let light = looks.iter().fold(Rgb::ZERO, |light, (out, weight, spread)| {
-            light + sphere.mean(right * out.x + ahead * out.y + n * out.z, *spread) * *weight
+        let light = looks.iter().fold(Rgb::ZERO, |light, (out, weight, lobe)| {
+            light + lobe.mean(right * out.x + ahead * out.y + n * out.z) * *weight
         });
         (light / all).to_array().map(|channel| channel as f32)
     };

@@ -236,7 +236,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             #[inline(always)]
             || match self.pruning {
                 Pruning::Proved { .. } => {
-                    let cones = if V::DETAILS { self.cones.next } else { [L::lit(self.s, 0.0); 3] };
+                    let cones = if V::FOOTPRINTS { self.cones.next } else { [L::lit(self.s, 0.0); 3] };
                     let kept = self.certificate.deferred.with_room(lanes);
                     let deferred = Deferred { rays: RayPacket { active: kept, ..*rays }, cones };
                     self.certificate.deferred.push(&deferred);

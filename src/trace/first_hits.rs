@@ -24,7 +24,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         *rays = RayPacket { origin: primary.origin, dir: primary.dir, active: seen, depth: 1, ..RayPacket::none(s) };
         self.counts.camera += u64::from(seen.count_ones());
         hits.time = self.world.effects.has(Effect::MotionBlur).then(|| L::lit(s, 0.5));
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             self.cones.restart(s, 1.0);
         }
     }

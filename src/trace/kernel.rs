@@ -84,7 +84,7 @@ pub struct Tracer<'a, L: Lanes, O, V = General> {
     /// Their wavelengths, in scenes with dispersion.
     pub(super) wavelengths: Wavelengths<L>,
     eye_media: Vec<Medium<L::Real>>,
-    /// The cones of the current rays, in the general variant.
+    /// The cones of the current rays, in variants with footprints.
     pub(super) cones: RayCones<L>,
     variant: PhantomData<V>,
 }
@@ -121,7 +121,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             dimensions: Dimensions::of(world.effects),
             wavelengths: Wavelengths::yellow(s),
             eye_media: eye_media.to_vec(),
-            cones: RayCones::new(s, if V::DETAILS { camera.cone() } else { Cone::default() }),
+            cones: RayCones::new(s, if V::FOOTPRINTS { camera.cone() } else { Cone::default() }),
             variant: PhantomData,
         }
     }
@@ -158,7 +158,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     pub(crate) fn sample(&mut self, x: L, y: L, active: u32, rays: &mut RayPacket<L>, hits: &mut Hits<L>) {
         let s = self.s;
         self.stack.clear();
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             self.cones.restart(s, self.share());
         }
 
@@ -419,7 +419,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     #[inline(always)]
     pub(super) fn coefficients(&mut self, rays: &RayPacket<L>, hits: &Hits<L>) -> Coefficients<L> {
         let s = self.s;
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             self.cones.hit(s, hits);
         }
         stage::<L, V, _>(
@@ -428,7 +428,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
             || {
                 let widths = self.cones.widths();
                 let extents = || footprints(s, self.world, rays, widths, hits);
-                let filters = V::DETAILS && self.world.filters_checkers();
+                let filters = V::FOOTPRINTS && self.world.filters_checkers();
                 hits.coefficients(s, self.world, if filters { Some(&extents) } else { None })
             },
         )

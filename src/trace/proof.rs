@@ -290,7 +290,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 self.omit(&rays, rays.active & !unproved);
                 rays.active &= unproved;
                 if rays.active != 0 {
-                    if V::DETAILS {
+                    if V::FOOTPRINTS {
                         self.cones.next = cones;
                     }
                     self.push(rays);

@@ -1,7 +1,7 @@
 //! Ray cones: the widths of the rays of a packet, from the cone of a pixel, the distances on the way and the surfaces that have
 //! bent them (Akenine-Moeller et al., Texture Level of Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, 2019).
 //!
-//! They have a stack of their own beside that of the rays, so that variants without details do not carry them. Beside them lies how
+//! They have a stack of their own beside that of the rays, so that variants without footprints do not carry them. Beside them lies how
 //! likely the direction of each ray was, where it was chosen.
 
 use super::hits::Hits;

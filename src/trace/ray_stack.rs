@@ -17,7 +17,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     pub(crate) fn pop(&mut self, rays: &mut RayPacket<L>) -> bool {
         let Some(next) = self.stack.pop() else { return false };
         *rays = next;
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             self.cones.pop();
         }
         if V::SECONDARY && self.media.is_crowded() {
@@ -80,7 +80,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             }
             self.count_lanes(rays.active, rays.depth);
             self.stack.push(rays);
-            if V::DETAILS {
+            if V::FOOTPRINTS {
                 self.cones.push();
             }
         }

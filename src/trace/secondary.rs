@@ -126,7 +126,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             (ns, kept) = (V3::select(L::mask(s, lossless), normal, ns), [reflected, passed]);
         }
     }
-    let curvature = if V::DETAILS && tracer.world.has_footprints() {
+    let curvature = if V::FOOTPRINTS && tracer.world.has_footprints() {
         curvatures(s, tracer.world, hits, mirror | clear)
     } else {
         zero
@@ -191,7 +191,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         }
         // Invisible surfaces leave a ray's origin as it is, so that what lies behind is hit at the same bits.
         let unseen = L::mask(s, crossing.unseen);
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             let Refraction { cos_incident, cos_transmitted, .. } = crossing.refraction;
             let eta = crossing.n1 / crossing.n2;
             through = tracer.cones.transmitted(s, curvature, eta, eta * cos_incident - cos_transmitted, unseen);
@@ -232,7 +232,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             let above = dir.dot(hits.ng).gt(zero);
             dir = V3::select(above, dir, reflect(s, rays.dir, hits.ng));
         }
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             tracer.cones.next = tracer.cones.mirrored(s, curvature);
             if let Some(lobes) = lobes
                 && tracer.world.effects.has(Effect::GlobalIllumination)
@@ -261,7 +261,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
     if let Some(transmitted) = transmitted
         && transmitted.active != 0
     {
-        if V::DETAILS {
+        if V::FOOTPRINTS {
             tracer.cones.next = through;
         }
         tracer.send(transmitted);

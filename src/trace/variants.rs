@@ -11,6 +11,8 @@ use std::fmt::Debug;
 pub trait Variant: Copy + Debug + 'static {
     /// Reflected and transmitted rays, the media they are in, and surfaces in the same place.
     const SECONDARY: bool;
+    /// The footprints of rays, over which checkers are averaged.
+    const FOOTPRINTS: bool;
     /// What goes beyond Whitted's model: see [`SceneEffects::has_details`](crate::scene::effects::SceneEffects::has_details)
     /// and [`SceneEffects::needs_sampling`](crate::scene::effects::SceneEffects::needs_sampling).
     const DETAILS: bool;
@@ -22,22 +24,34 @@ pub struct Local;
 /// Whitted's model: local illumination, reflection, transmission.
 #[derive(Debug, Clone, Copy)]
 pub struct Whitted;
+/// Whitted's model with the checkerboards of his picture, averaged over footprints.
+#[derive(Debug, Clone, Copy)]
+pub struct Filtered;
 /// Everything: the general kernel.
 #[derive(Debug, Clone, Copy)]
 pub struct General;
 
 impl Variant for Local {
     const SECONDARY: bool = false;
+    const FOOTPRINTS: bool = false;
     const DETAILS: bool = false;
 }
 
 impl Variant for Whitted {
     const SECONDARY: bool = true;
+    const FOOTPRINTS: bool = false;
+    const DETAILS: bool = false;
+}
+
+impl Variant for Filtered {
+    const SECONDARY: bool = true;
+    const FOOTPRINTS: bool = true;
     const DETAILS: bool = false;
 }
 
 impl Variant for General {
     const SECONDARY: bool = true;
+    const FOOTPRINTS: bool = true;
     const DETAILS: bool = true;
 }
 
@@ -47,6 +61,7 @@ impl Variant for General {
 pub enum KernelVariant {
     Local,
     Whitted,
+    Filtered,
     General,
 }
 
@@ -59,17 +74,19 @@ impl KernelVariant {
         let details = world.effects.has_details() || world.angular;
         match () {
             () if details || world.effects.needs_sampling() => Self::General,
+            () if world.filters_checkers() => Self::Filtered,
             () if world.transmits || world.reflects => Self::Whitted,
             () => Self::Local,
         }
     }
 
-    /// What it is compiled for: reflection, transmission, details, samples.
-    pub fn axes(self) -> [bool; 4] {
+    /// What it is compiled for: reflection, transmission, footprints, details, samples.
+    pub fn axes(self) -> [bool; 5] {
         match self {
-            Self::Local => [false; 4],
-            Self::Whitted => [true, true, false, false],
-            Self::General => [true; 4],
+            Self::Local => [false; 5],
+            Self::Whitted => [true, true, false, false, false],
+            Self::Filtered => [true, true, true, false, false],
+            Self::General => [true; 5],
         }
     }
 }

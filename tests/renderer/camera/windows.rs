@@ -60,7 +60,7 @@ fn levels_are_pictures_of_that_size_and_tiles_are_crops_of_them() {
             }
         }
     }
-    assert_eq!(kernels.len(), 3, "not every kernel is among the scenes: {kernels:?}");
+    assert_eq!(kernels.len(), 4, "not every kernel is among the scenes: {kernels:?}");
 }
 
 #[test]

@@ -161,13 +161,19 @@ fn each_kernel_gives_the_bytes_of_the_general_one() {
     for seed in 200..212 {
         let mut scene = random_scene(seed, 25);
         scene["render"]["precision"] = json!(if seed % 3 == 0 { "double" } else { "single" });
-        // Only the general kernel has the footprints of rays.
+        let checkered = scene.clone();
         scene["materials"]["tiles"]["diffuse"] = json!([0.7, 0.2, 0.5]);
         let opaque = without(&scene, &["transmission"]);
         let matt = without(&opaque, &["reflection"]);
-        for (scene, expected) in
-            [(scene, KernelVariant::Whitted), (opaque, KernelVariant::Whitted), (matt, KernelVariant::Local)]
-        {
+        let mut unfiltered = checkered.clone();
+        unfiltered["render"]["filter_checkers"] = json!(false);
+        for (scene, expected) in [
+            (checkered, KernelVariant::Filtered),
+            (unfiltered, KernelVariant::Whitted),
+            (scene, KernelVariant::Whitted),
+            (opaque, KernelVariant::Whitted),
+            (matt, KernelVariant::Local),
+        ] {
             let loaded = loaded(&scene);
             let kernel = match &loaded.scene.world {
                 Precise::Single(world) => KernelVariant::of(world),

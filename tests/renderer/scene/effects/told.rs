@@ -161,15 +161,17 @@ fn what_the_plan_says_is_on_is_what_the_kernel_was_told() {
     judge(all_scenes(1_000), |description| {
         let scene = loaded(description).scene;
         let state = |effect: Effect| scene.effects.iter().find(|entry| entry.effect == effect).unwrap().state;
-        let (effects, axes, told): (_, _, Vec<(Effect, Option<bool>)>) = match &scene.world {
+        let (effects, axes, filters, told): (_, _, _, Vec<(Effect, Option<bool>)>) = match &scene.world {
             Precise::Single(world) => (
                 world.effects,
                 KernelVariant::of(world).axes(),
+                world.rules.filter_checkers && world.effects.has(Effect::CheckerTexture),
                 Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
             ),
             Precise::Double(world) => (
                 world.effects,
                 KernelVariant::of(world).axes(),
+                world.rules.filter_checkers && world.effects.has(Effect::CheckerTexture),
                 Effect::ALL.iter().map(|effect| (*effect, Told { world }.of(*effect))).collect(),
             ),
         };
@@ -200,12 +202,12 @@ fn what_the_plan_says_is_on_is_what_the_kernel_was_told() {
         // Kernels hold what is on.
         let named = description["render"]["samples"].as_u64();
         let default = if effects.needs_sampling() { 64 } else { 1 };
-        if u64::from(scene.samples) != named.unwrap_or(default) || effects.needs_sampling() && !axes[3] {
+        if u64::from(scene.samples) != named.unwrap_or(default) || effects.needs_sampling() && !axes[4] {
             wrong.push(format!("{} samples, kernel {axes:?}", scene.samples));
         }
         let reflects = effects.has(Effect::Reflection) || effects.has(Effect::TotalReflection);
         let lacks = reflects && !axes[0] || effects.has(Effect::Transmission) && !axes[1];
-        if lacks || effects.has_details() && !axes[2] {
+        if lacks || filters && !axes[2] || effects.has_details() && !axes[3] {
             wrong.push(format!("the kernel {axes:?} lacks what is on"));
         }
         wrong
