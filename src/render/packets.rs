@@ -3,7 +3,7 @@
 use super::adaptive_sampling::Reached;
 use super::picture::PixelCost;
 use super::probe::PacketCost;
-use super::sample_sums::{PIXELS, PixelMean, PixelSums, SampleSums, trace_samples};
+use super::sample_sums::{PIXELS, PixelSums, SampleSums, trace_samples};
 use super::thread_time::ThreadTime;
 use crate::bound::interval::raise;
 use crate::bound::{BoundedPixel, BoundedPixels};
@@ -164,7 +164,8 @@ fn show_pixels<R: Real>(
         out.alpha.extend((0..pixels.len()).map(|pixel| sums.pixel(pixel).alpha()));
     }
     for pixel in lanes_of(sums.incomplete()) {
-        let (shown, highest) = show_bounded(job, &sums.mean(pixel));
+        let mean = sums.mean(pixel);
+        let (shown, highest) = show_bounded(job, mean.light, mean.ends());
         let least_alpha = if job.world.transparent { sums.pixel(pixel).least_alpha() } else { 0.0 };
         out.pixels[first + pixel] = shown;
         bounded.push(BoundedPixel { at: pixels[pixel], highest, least_alpha });
@@ -186,19 +187,19 @@ pub(super) fn show_pixel<R: Real>(
     if !sums.is_incomplete() {
         return out.pixels.push(mean.light.map(|channel| channel as f32));
     }
-    let (shown, highest) = show_bounded(job, &mean);
+    let (shown, highest) = show_bounded(job, mean.light, mean.ends());
     out.pixels.push(shown);
     let least_alpha = if job.world.transparent { sums.least_alpha() } else { 0.0 };
     bounded.push(BoundedPixel { at, highest, least_alpha });
 }
 
-/// What is shown of a pixel that may miss light, and its upper bound.
-fn show_bounded<R: Real>(job: &TraceJob<'_, R>, mean: &PixelMean) -> ([f32; 3], [f32; 3]) {
-    let ends = mean.ends();
+/// What is shown of a pixel that may miss light, and its upper bound. It takes no whole mean, which would then be worked out with its
+/// halves.
+fn show_bounded<R: Real>(job: &TraceJob<'_, R>, light: [f64; 3], ends: [[f32; 2]; 3]) -> ([f32; 3], [f32; 3]) {
     if job.low {
         (ends.map(|[low, _]| low), ends.map(|[_, high]| high))
     } else {
-        show(&job.world.display, mean.light, ends, job.pruning)
+        show(&job.world.display, light, ends, job.pruning)
     }
 }
 

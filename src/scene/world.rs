@@ -74,6 +74,8 @@ pub struct World<R> {
     pub reflects: bool,
     /// Whether it has to be asked at which angle rays hit, to trace them or to say what they may lack.
     pub angular: bool,
+    /// Whether light is traced between surfaces that scatter it and mirror or pass it as well, so that rays have several children.
+    pub branches: bool,
     /// The effects that are on.
     pub effects: SceneEffects,
     /// What is known of its lights with an area, if shadow rays are asked for and nothing else changes their light.

@@ -1,5 +1,5 @@
-//! Russian roulette (Arvo and Kirk, Particle Transport and Image Synthesis, 1990), where light is traced between layered surfaces: they
-//! scatter, mirror and pass light, so a ray has several children, and a white room would have more rays than anybody can wait for.
+//! Russian roulette (Arvo and Kirk, Particle Transport and Image Synthesis, 1990), where light is traced between surfaces that scatter,
+//! mirror and pass it: a ray has several children there, and a white room would have more rays than anybody can wait for.
 //!
 //! Beyond the first surface a child is followed as often as its share q of its parent's weight says, and then counts 1/q of it. In the
 //! mean nothing changes. One number decides for all children, whose shares lie side by side: a ray has at most one child if its
@@ -13,7 +13,6 @@ use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
-use crate::scene::effects::Effect;
 
 /// Length of the longest chains of which all rays are followed: from the eye, and from what it sees.
 const WHOLE: u32 = 2;
@@ -44,9 +43,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// The current rays come to what they hit.
     #[inline(always)]
     pub(super) fn begin_roulette(&mut self, rays: &RayPacket<L>) {
-        let effects = self.world.effects;
-        if effects.has(Effect::GlobalIllumination) {
-            self.roulette.is_on = effects.has(Effect::MetallicRoughness) && rays.depth >= WHOLE && !rays.straight;
+        if self.world.branches {
+            self.roulette.is_on = rays.depth >= WHOLE && !rays.straight;
             if self.roulette.is_on {
                 self.draw(rays);
             }

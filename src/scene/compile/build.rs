@@ -142,6 +142,7 @@ pub(super) fn build<R: Real>(
         transmits: false,
         reflects: false,
         angular: false,
+        branches: false,
         effects: SceneEffects::default(),
         light_cells: None,
     };

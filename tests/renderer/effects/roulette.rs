@@ -21,21 +21,29 @@ fn room(render: Value) -> Value {
 /// Each hit has a diffuse ray and a reflected one, again and again: without roulette samples of such rooms take hundreds of rays.
 #[test]
 fn a_white_room_takes_few_rays() {
-    let scene = scene(room(json!({ "fidelity": "faithful", "samples": 16 })), "single");
-    let cost = picture(&scene).rays;
-    let each = (cost.total() as f64) / (12.0 * 12.0 * 16.0);
-    assert!(each < 60.0, "{each} rays for a sample");
+    let layered = room(json!({ "fidelity": "faithful", "samples": 16 }));
+    let mut whitted = layered.clone();
+    whitted["materials"]["white"] = json!({ "diffuse": 0.4, "reflection": 0.2, "transmission": 0.3, "ior": 1.5 });
+    for description in [layered, whitted] {
+        let scene = scene(description, "single");
+        let cost = picture(&scene).rays;
+        let each = (cost.total() as f64) / (12.0 * 12.0 * 16.0);
+        assert!(each < 60.0, "{each} rays for a sample");
+    }
 }
 
 /// Inside of a ball that glows with e and scatters a share a of what comes, everything shines with e / (1 - a).
 #[test]
 fn in_the_mean_nothing_changes() {
-    for (a, glossy) in [(0.5, false), (0.9, false), (0.5, true)] {
+    for (a, mirrored, glossy) in
+        [(0.5, 0.0, false), (0.9, 0.0, false), (0.5, 0.3, false), (0.2, 0.7, false), (0.5, 0.0, true)]
+    {
         let material = if glossy {
             json!({ "pbr": { "base_color": a, "metallic": 1, "roughness": 0.4, "emissive": 0.1 } })
         } else {
-            json!({ "diffuse": a, "emission": 0.1 })
+            json!({ "diffuse": a, "reflection": mirrored, "emission": 0.1 })
         };
+        let a = a + mirrored;
         let description = json!({
             "version": 1, "image": { "width": 16, "height": 16 }, "ambient": 0, "background": 7, "lights": [],
             "camera": { "pinhole": { "eye": [0.2, 0.1, 0], "look_at": [0.2, 0.1, -1] } },

@@ -40,6 +40,15 @@ pub(super) fn settle<R: Real>(world: &mut World<R>) {
     world.effects = rules().iter().filter(|rule| rule.is_on(world)).map(|rule| rule.effect).collect();
     // Light that grazes a conductor is mirrored completely: where no ray is followed, this much is lacking.
     world.angular = world.effects.has(Effect::Fresnel) || conducts;
+    let layered = world.effects.has(Effect::MetallicRoughness);
+    world.branches = world.effects.has(Effect::GlobalIllumination)
+        && (layered || world.has_material(|material, _| branches(material)));
+}
+
+/// Whether a surface scatters light and sends it on in other ways as well.
+fn branches<R: Real>(material: &Material<R>) -> bool {
+    let scatters = unseen::scatters(material) || material.textures.as_ref().is_some_and(|own| own.diffuse.is_some());
+    scatters && (material.mirrors() || material.transmits())
 }
 
 /// The table of a scene.
