@@ -69,13 +69,8 @@ impl<R: Real> Slab<R> {
     /// The smallest box around the corners of a triangle, which are numbers.
     #[inline(always)]
     pub(super) fn around([a, b, c]: [[R; 3]; 3]) -> Self {
-        Self::of(a).union(&Self::of(b)).union(&Self::of(c))
-    }
-
-    /// The box that is a point.
-    #[inline(always)]
-    pub(super) fn of(point: [R; 3]) -> Self {
-        Self { min: point, max: point }
+        let of = |corner| Self { min: corner, max: corner };
+        of(a).union(&of(b)).union(&of(c))
     }
 
     /// The same box in 64 bits.

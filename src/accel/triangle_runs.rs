@@ -16,9 +16,6 @@ const LONGEST: u32 = 8;
 /// Triangles are a run while the surface of the box around them is at most this share of the sum of theirs. The two halves of a
 /// rectangle are at 0.5.
 const COMPACT: f64 = 0.8;
-/// Times the share of the surface of the box around all that as many triangles have, up to which they are a run: large triangles that
-/// cross each other are compact together wherever they are, and only a hierarchy tells them apart.
-const LARGEST: f64 = 16.0;
 /// Triangles that one thread goes through at a time. No run goes on in the next ones.
 const CHUNK: usize = 16_384;
 
@@ -31,10 +28,7 @@ pub(super) fn longest(primitives: usize, kind: BvhKind) -> u32 {
 /// Returns the box around them.
 pub(super) fn push<R: Real>(build: &mut Vec<BuildPrimitive<R>>, mesh: &Mesh<R>, first: u32, longest: u32) -> Bounds {
     let faces = mesh.faces.len();
-    let whole = mesh.vertices.par_iter().map(|point| Slab::of(*point)).reduce_with(|a, b| a.union(&b));
-    let most = whole.map_or(0.0, |whole| LARGEST * whole.half_area() / faces as f64);
-    let limits = Limits { longest, most };
-    let chunk = |start: usize| runs(mesh, first, start..faces.min(start + CHUNK), limits);
+    let chunk = |start: usize| runs(mesh, first, start..faces.min(start + CHUNK), longest);
     let starts: Vec<usize> = (0..faces).step_by(CHUNK).collect();
     let chunks: Vec<_> = starts.into_par_iter().map(chunk).collect();
     build.reserve(chunks.iter().map(|(runs, _)| runs.len()).sum());
@@ -45,8 +39,8 @@ pub(super) fn push<R: Real>(build: &mut Vec<BuildPrimitive<R>>, mesh: &Mesh<R>, 
 }
 
 /// The runs of some triangles, and the box around them.
-fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, limits: Limits) -> (Vec<BuildPrimitive<R>>, Bounds) {
-    let mut runs = Vec::with_capacity(faces.len() / limits.longest as usize + 1);
+fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, longest: u32) -> (Vec<BuildPrimitive<R>>, Bounds) {
+    let mut runs = Vec::with_capacity(faces.len() / longest as usize + 1);
     let mut around = Bounds::EMPTY;
     let mut end = |run: &Run<R>| {
         let tight = run.slab.widened();
@@ -58,7 +52,7 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, limits: Limits
         let alone = Run::alone(Slab::around(mesh.corners(face)), first + face as u32);
         open = Some(match open {
             None => alone,
-            Some(run) => run.with(&alone, limits).unwrap_or_else(|| {
+            Some(run) => run.with(&alone, longest).unwrap_or_else(|| {
                 end(&run);
                 alone
             }),
@@ -66,14 +60,6 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, limits: Limits
     }
     open.iter().for_each(end);
     (runs, around)
-}
-
-/// Up to where triangles are a run.
-#[derive(Debug, Clone, Copy)]
-struct Limits {
-    longest: u32,
-    /// Half the surface area of a box, for each triangle in it.
-    most: f64,
 }
 
 /// Triangles one after the other.
@@ -93,7 +79,7 @@ impl<R: Real> Run<R> {
     }
 
     /// With the next triangle, if they are compact together.
-    fn with(&self, next: &Self, Limits { longest, most }: Limits) -> Option<Self> {
+    fn with(&self, next: &Self, longest: u32) -> Option<Self> {
         if self.count >= longest {
             return None;
         }
@@ -103,8 +89,7 @@ impl<R: Real> Run<R> {
             count: self.count + next.count,
             ..*self
         };
-        let area = together.slab.half_area();
-        (area <= COMPACT * together.areas && area <= most * f64::from(together.count)).then_some(together)
+        (together.slab.half_area() <= COMPACT * together.areas).then_some(together)
     }
 }
 
@@ -139,12 +124,6 @@ mod tests {
         assert!(counts(&far, BvhKind::Sah).iter().all(|&count| count == 1));
         let pairs = mesh((0..LARGE + 1).map(|i| (i / 2 * 3) as f32));
         assert!(counts(&pairs, BvhKind::Sah)[..LARGE / 2].iter().all(|&count| count == 2));
-    }
-
-    #[test]
-    fn large_triangles_that_cross_each_other_stay_alone() {
-        let crossing = mesh((0..LARGE).map(|i| (i % 7) as f32 * 0.1));
-        assert!(counts(&crossing, BvhKind::Sah).iter().all(|&count| count == 1));
     }
 
     #[test]
