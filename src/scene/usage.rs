@@ -6,6 +6,10 @@ use super::effects::MAX_POINTERS;
 /// some codes off.
 pub(super) const FAR_AWAY: f64 = 500.0;
 
+/// How large all bodies together have to be in single precision: products of the edges of smaller triangles are below its smallest
+/// numbers.
+pub(super) const TINY: f64 = 1e-17;
+
 /// What bodies have.
 #[derive(Debug, Clone, Default)]
 pub struct Usage {
@@ -21,6 +25,8 @@ pub struct Usage {
     pub placed: bool,
     /// Whether all bodies are far from the origin, hundreds of times as far as they are large.
     pub far_away: bool,
+    /// Whether all bodies together are smaller than single precision can multiply.
+    pub tiny: bool,
     /// Whether the eye is in a closed room, so that no ray leaves the scene.
     pub enclosed: bool,
 }

@@ -6,7 +6,7 @@ use crate::scene::description::{Description, Diffuse, Fresnel, Light, Object, Pr
 use crate::scene::effects::Effect;
 use crate::scene::limits;
 use crate::scene::problem::{Code, Problem, push_token};
-use crate::scene::usage::FAR_AWAY;
+use crate::scene::usage::{FAR_AWAY, TINY};
 use crate::scene::world::{World, shows};
 use rayon::slice::ParallelSliceMut;
 use std::cmp::Ordering;
@@ -103,6 +103,7 @@ pub(in crate::scene) fn keep_true<R: Real>(warnings: &mut Vec<Problem>, descript
     warnings.extend(found_by_chance(description, world).take(limits::PROBLEMS.max as usize));
     warnings.extend(black_floor(description, world));
     warnings.extend(too_far_away(description, world));
+    warnings.extend(too_small(description, world));
     warnings.extend(of_import(description));
     warnings.truncate(limits::PROBLEMS.max as usize);
 }
@@ -151,6 +152,18 @@ fn too_far_away<R: Real>(description: &Description, world: &World<R>) -> Option<
         let detail = format!(
             "the bodies are over {FAR_AWAY} times as far from the origin as they are large, which single precision rounds to \
              places that show: write \"double\", or move everything to the origin. What is proved does not cover it"
+        );
+        Problem::new("/render/precision", Code::Approximated, detail)
+    })
+}
+
+/// In single precision lengths have no product that is too small for it.
+fn too_small<R: Real>(description: &Description, world: &World<R>) -> Option<Problem> {
+    let is_single = description.render.precision == Precision::Single;
+    (is_single && world.usage.tiny).then(|| {
+        let detail = format!(
+            "the bodies together are less than {TINY:e} across, which single precision cannot multiply: write \"double\", or make \
+             everything larger. What is proved does not cover it"
         );
         Problem::new("/render/precision", Code::Approximated, detail)
     })

@@ -21,7 +21,7 @@ use crate::scene::description::{self as d, Description, Shadows};
 use crate::scene::effects::{Effect, SceneEffects};
 use crate::scene::light_cells::LightCells;
 use crate::scene::pictures::Pictures;
-use crate::scene::usage::{FAR_AWAY, Pointers};
+use crate::scene::usage::{FAR_AWAY, Pointers, TINY};
 use crate::scene::world::{Pruning, Rules, World, shows};
 use crate::shading::bright_directions::BrightDirections;
 use crate::shading::fog::{Fog, Height};
@@ -56,6 +56,7 @@ pub(super) fn build<R: Real>(
     let bounds = builder.geometries[root].extent.bounds;
     let size = if bounds == Bounds::EMPTY { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     let extent = (bounds.max - bounds.min).max_element();
+    builder.usage.tiny = extent > 0.0 && extent < TINY;
     builder.usage.far_away = size > 0.0 && extent > 0.0 && size > FAR_AWAY * extent;
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));

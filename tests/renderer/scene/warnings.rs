@@ -63,3 +63,18 @@ fn bodies_far_from_the_origin_ask_for_double_precision() {
     assert!(at(100.0, "single").is_empty() && at(1e6, "double").is_empty());
     assert_eq!(at(6e3, "single"), ["/render/precision"]);
 }
+
+#[test]
+fn meshes_too_small_for_single_precision_ask_for_double() {
+    let of_size = |size: f64, precision: &str| {
+        of(&json!({
+            "version": 1,
+            "camera": { "pinhole": { "eye": [0, 0, 3.0 * size], "look_at": [0, 0, 0] } },
+            "lights": [{ "directional": { "direction": [0, -1, -1] } }],
+            "objects": [{ "triangle": { "vertices": [[0, 0, 0], [size, 0, 0], [0, size, 0]] } }],
+            "render": { "precision": precision }
+        }))
+    };
+    assert!(of_size(1e-15, "single").is_empty() && of_size(1e-20, "double").is_empty());
+    assert_eq!(of_size(1e-20, "single"), ["/render/precision"]);
+}
