@@ -2,11 +2,11 @@
 
 use super::*;
 use data_encoding::BASE64;
-use image::{ImageFormat, Rgba, RgbaImage};
+use image::{ImageFormat, RgbaImage};
 use std::f64::consts::PI;
 use std::io::Cursor;
 
-type V = [f64; 3];
+pub(super) type V = [f64; 3];
 
 fn dot(a: V, b: V) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -100,7 +100,7 @@ fn direction(degrees: f64, around: f64) -> V {
     [sin * along, sin * across, cos]
 }
 
-fn quad(z: f64, material: &str) -> Value {
+pub(super) fn quad(z: f64, material: &str) -> Value {
     json!({ "quad": { "vertices": [[-99, -99, z], [99, -99, z], [99, 99, z], [-99, 99, z]], "material": material } })
 }
 
@@ -118,7 +118,7 @@ fn onto(view: V, light: V, materials: Value, objects: Value) -> Value {
 }
 
 #[track_caller]
-fn shows(description: &Value, expected: V, off: f64, what: &str) {
+pub(super) fn shows(description: &Value, expected: V, off: f64, what: &str) {
     for precision in ["single", "double"] {
         let pixel = pixels(description.clone(), precision)[0].map(f64::from);
         for (got, expected) in pixel.into_iter().zip(expected) {
@@ -190,24 +190,6 @@ fn white_surfaces_neither_lose_nor_make_light() {
     }
 }
 
-/// Total reflection takes what the clearcoat would mirror, too.
-#[test]
-fn lacquered_glass_keeps_its_light() {
-    for clearcoat in [0.3, 1.0] {
-        let material = json!({ "metallic": 0, "roughness": 0, "transmission": 1, "clearcoat": clearcoat });
-        let scene = json!({
-            "version": 1, "image": { "width": 24, "height": 24 }, "ambient": 0, "lights": [], "background": 1,
-            "render": { "max_depth": 200, "min_weight": 1e-5 },
-            "camera": { "orthographic": { "eye": [2, 3, 5], "look_at": [0, 0, 0], "height": 1.6 } },
-            "materials": { "it": { "pbr": material } },
-            "objects": [{ "box": { "min": [-0.5, -0.5, -0.5], "max": [0.5, 0.5, 0.5], "material": "it" } }]
-        });
-        for [kept, ..] in pixels(scene, "single") {
-            assert!((kept - 1.0).abs() < 0.004, "clearcoat {clearcoat}: {kept}");
-        }
-    }
-}
-
 #[test]
 fn smooth_metals_mirror_by_schlick_and_rough_ones_do_not() {
     for degrees in [0.0, 50.0, 80.0] {
@@ -254,84 +236,20 @@ fn clearcoat_fades_from_mirror_to_blur() {
     }
 }
 
-fn in_url(picture: &RgbaImage) -> String {
+pub(super) fn in_url(picture: &RgbaImage) -> String {
     let mut bytes = Cursor::new(Vec::new());
     picture.write_to(&mut bytes, ImageFormat::Png).unwrap();
     format!("data:image/png;base64,{}", BASE64.encode(bytes.get_ref()))
 }
 
-/// A square mesh from -1 to 1 whose u grows along x and v along y.
-fn square(z: f64, material: &str) -> Value {
-    json!({ "mesh": {
-        "vertices": [[-1, -1, z], [1, -1, z], [1, 1, z], [-1, 1, z]], "faces": [[0, 1, 2], [0, 2, 3]],
-        "uvs": [[0, 0], [1, 0], [1, 1], [0, 1]], "uvs1": [[0, 0], [2, 0], [2, 2], [0, 2]],
-        "colors": [[1, 0, 0, 1], [1, 0, 0, 0.5], [1, 1, 0, 0.5], [1, 1, 0, 1]], "material": material
-    } })
-}
-
 /// One pixel of unlit or glowing surfaces, straight in front of (x, y).
-fn in_front_of(x: f64, y: f64, materials: Value, objects: Value) -> Value {
+pub(super) fn in_front_of(x: f64, y: f64, materials: Value, objects: Value) -> Value {
     json!({
         "version": 1,
         "image": { "width": 1, "height": 1 },
         "camera": { "orthographic": { "eye": [x, y, 5], "look_at": [x, y, 0], "height": 1e-3 } },
         "ambient": 0, "lights": [], "materials": materials, "objects": objects
     })
-}
-
-#[test]
-fn pictures_lie_on_every_channel_and_are_moved_as_gltf_says() {
-    // Upper left, upper right, lower left, lower right.
-    let picture = RgbaImage::from_fn(2, 2, |x, y| {
-        [[Rgba([255, 0, 0, 255]), Rgba([0, 255, 0, 0])], [Rgba([0, 0, 255, 255]), Rgba([255, 255, 255, 128])]]
-            [y as usize][x as usize]
-    });
-    let url = in_url(&picture);
-    let seen = |textured: Value, x: f64, y: f64| {
-        let materials = json!({ "it": { "pbr": { "unlit": true, "base_color": textured } } });
-        // The middles of texels lie a quarter from the edge.
-        let mut objects = square(0.0, "it");
-        objects["mesh"].as_object_mut().unwrap().remove("colors");
-        // Of the texel beside it there are some roundings.
-        pixels(in_front_of(x, y, materials, json!([objects])), "double")[0].map(|channel| (channel * 1e6).round() / 1e6)
-    };
-    let [red, green, blue, white] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]];
-    let all = |textured: Value| {
-        [(-0.5, 0.5), (0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)].map(|(x, y)| seen(textured.clone(), x, y))
-    };
-    assert_eq!(all(json!({ "image": url })), [red, green, blue, white]);
-    assert_eq!(all(json!({ "image": url, "transform": { "offset": [0.5, 0] } })), [green, red, white, blue]);
-    // The picture turns clockwise around its upper left corner, and repeats.
-    let turned = json!({ "image": url, "transform": { "rotate_deg": 90 } });
-    assert_eq!(all(turned), [blue, red, white, green]);
-    let twice = seen(json!({ "image": url, "uv": 1 }), -0.75, -0.75);
-    assert_eq!(twice, blue);
-    // Clamped, what lies beyond the edge is the last texel; mirrored, the picture comes back.
-    let beyond = |wrap: &str| json!({ "image": url, "transform": { "offset": [1, 0] }, "wrap": [wrap, "repeat"] });
-    assert_eq!(all(beyond("clamp")), [green, green, white, white]);
-    assert_eq!(all(beyond("mirror")), [green, red, white, blue]);
-    // Alpha is a number like others.
-    let alpha = json!({ "alpha": { "image": url, "channel": "a" }, "mode": "mask" });
-    let masked = |x: f64, y: f64| {
-        let materials = json!({ "it": { "pbr": { "unlit": true, "opacity": alpha } } });
-        let mut objects = square(0.0, "it");
-        objects["mesh"].as_object_mut().unwrap().remove("colors");
-        pixels(in_front_of(x, y, materials, json!([objects])), "single")[0][0]
-    };
-    assert_eq!([masked(-0.5, 0.5), masked(0.5, 0.5), masked(0.5, -0.5)], [1.0, 0.0, 1.0]);
-}
-
-#[test]
-fn colors_of_vertices_multiply_the_base_color_and_alpha() {
-    let materials = json!({
-        "it": { "pbr": { "unlit": true, "base_color": [0.5, 1, 1], "opacity": {} } },
-        "behind": { "pbr": { "unlit": true, "base_color": [0, 0, 1] } }
-    });
-    for (x, y) in [(0.0, 0.0), (0.5, -0.25), (-0.75, 0.5)] {
-        let (green, alpha) = (0.5 + 0.5 * y, 0.75 - 0.25 * x);
-        let scene = in_front_of(x, y, materials.clone(), json!([square(0.0, "it"), quad(-1.0, "behind")]));
-        shows(&scene, [0.5 * alpha, green * alpha, 1.0 - alpha], 1e-3, &format!("{x} {y}"));
-    }
 }
 
 #[test]
@@ -424,20 +342,6 @@ fn a_body_lets_its_attenuation_color_pass_over_its_distance() {
     let objects = json!([{ "box": { "min": [-3, -3, 1], "max": [3, 3, 4], "material": "it" } }, quad(0.0, "behind")]);
     let expected = [0.9f64, 0.5, 0.1].map(|color| color.powf(1.5));
     shows(&in_front_of(0.0, 0.0, materials, objects), expected, 1e-5, "three units of it");
-}
-
-#[test]
-fn occlusion_dims_light_from_around_and_no_lamp() {
-    let url = in_url(&RgbaImage::from_fn(2, 1, |x, _| Rgba([if x == 0 { 51 } else { 52 }, 0, 0, 255])));
-    let dark = 51.0 / 255.0;
-    let material =
-        json!({ "it": { "pbr": { "metallic": 0, "occlusion": { "image": url, "factor": 0.5, "wrap": "clamp" } } } });
-    let mut mesh = square(0.0, "it");
-    mesh["mesh"].as_object_mut().unwrap().remove("colors");
-    let mut scene = in_front_of(-0.9, 0.0, material, json!([mesh]));
-    scene["ambient"] = json!(1);
-    let seen = 1.0 + 0.5 * (dark - 1.0);
-    shows(&scene, [seen; 3], 1e-5, "ambient");
 }
 
 #[test]

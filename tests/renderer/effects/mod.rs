@@ -5,6 +5,7 @@
 mod absorption;
 mod agreement;
 mod bumps;
+mod channels;
 mod checkers;
 mod clearcoat;
 mod combined;
@@ -17,6 +18,7 @@ mod faithful;
 mod film;
 mod fog;
 mod fresnel;
+mod furnaces;
 mod metallic_roughness;
 mod motion;
 mod panes;
