@@ -66,28 +66,10 @@ pub(super) struct Slab<R> {
 }
 
 impl<R: Real> Slab<R> {
-    /// The smallest box around the corners of a triangle, which are numbers.
-    #[inline(always)]
-    pub(super) fn around([a, b, c]: [[R; 3]; 3]) -> Self {
-        let of = |corner| Self { min: corner, max: corner };
-        of(a).union(&of(b)).union(&of(c))
-    }
-
     /// The same box in 64 bits.
     pub(super) fn widened(&self) -> Bounds {
         let corner = |corner: [R; 3]| DVec3::from_array(corner.map(Real::to_f64));
         Bounds { min: corner(self.min), max: corner(self.max) }
-    }
-
-    /// The smallest box around two.
-    #[inline(always)]
-    pub(super) fn union(&self, other: &Self) -> Self {
-        let smaller = |a: R, b: R| if a < b { a } else { b };
-        let larger = |a: R, b: R| if a > b { a } else { b };
-        Self {
-            min: std::array::from_fn(|i| smaller(self.min[i], other.min[i])),
-            max: std::array::from_fn(|i| larger(self.max[i], other.max[i])),
-        }
     }
 
     /// Half the surface area.

@@ -36,24 +36,38 @@ pub struct Bvh<R> {
     pub(super) nodes: Vec<Node<R>>,
 }
 
-/// In place of the axis of a split: the children are of two kinds.
-pub(super) const BY_KIND: usize = 3;
-
 /// A node: inner with two children side by side, or a leaf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node<R> {
     pub(super) slab: Slab<R>,
     /// First child, or for a leaf the index of its first primitive.
     pub(super) first: u32,
-    /// Primitives of a leaf, or for an inner node -1 minus the axis of its split, or minus [`BY_KIND`].
+    /// Primitives of a leaf, or for an inner node one of the [`Division`]s.
     count: i32,
 }
 
+/// What divides the primitives of an inner node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Division {
+    Place = -1,
+    Kind = -2,
+}
+
 impl<R> Node<R> {
-    /// Axis of the split; none for a leaf.
+    fn inner(slab: Slab<R>, first: usize, division: Division) -> Self {
+        Self { slab, first: first as u32, count: division as i32 }
+    }
+
+    /// Whether it holds primitives.
     #[inline(always)]
-    pub(super) fn axis(&self) -> Option<usize> {
-        (self.count < 0).then_some(!self.count as usize)
+    pub(super) fn is_leaf(&self) -> bool {
+        self.count >= 0
+    }
+
+    /// Whether its children are of two kinds.
+    #[inline(always)]
+    pub(super) fn divides_kinds(&self) -> bool {
+        self.count == Division::Kind as i32
     }
 
     /// Indices of a leaf's primitives.
@@ -91,7 +105,7 @@ fn count_primitives<R: Real>(nodes: &mut [Node<R>], runs: &[BuildPrimitive<R>]) 
         *end += run.count();
         Some(*end)
     }));
-    for node in nodes.iter_mut().filter(|node| node.axis().is_none()) {
+    for node in nodes.iter_mut().filter(|node| node.is_leaf()) {
         let Range { start, end } = node.places();
         (node.first, node.count) = (starts[start], (starts[end] - starts[start]) as i32);
     }
@@ -126,7 +140,7 @@ enum Tree<R> {
     Small(Vec<Node<R>>),
     Large {
         slab: Slab<R>,
-        axis: usize,
+        division: Division,
         children: Box<[Self; 2]>,
     },
 }
@@ -153,9 +167,9 @@ impl<R: Real> Tree<R> {
                 }
                 nodes.extend(moved);
             }
-            Self::Large { slab, axis, children } => {
+            Self::Large { slab, division, children } => {
                 let first = nodes.len();
-                nodes[root] = Node { slab, first: first as u32, count: !(axis as i32) };
+                nodes[root] = Node::inner(slab, first, division);
                 nodes.extend([nodes[root]; 2]);
                 let [left, right] = *children;
                 left.lay_out(first, nodes);
@@ -174,14 +188,14 @@ fn tree<R: Real>(
     depth: usize,
 ) -> Tree<R> {
     if primitives.len() > PARALLEL
-        && let Some(Split { axis, middle, halves: [left, right] }) = split(primitives, &bounds, rule, depth)
+        && let Some(Split { division, middle, halves: [left, right] }) = split(primitives, &bounds, rule, depth)
     {
         let (before, behind) = primitives.split_at_mut(middle);
         let (left, right) = rayon::join(
             || tree(before, start, left, rule, depth + 1),
             || tree(behind, start + middle, right, rule, depth + 1),
         );
-        return Tree::Large { slab: bounds.around.slab(), axis, children: Box::new([left, right]) };
+        return Tree::Large { slab: bounds.around.slab(), division, children: Box::new([left, right]) };
     }
     Tree::Small(nodes(primitives, start, bounds, rule, depth))
 }
@@ -211,11 +225,12 @@ fn nodes<R: Real>(
     nodes.push(leaf(&bounds, &all));
     let mut tasks = vec![Task { node: 0, range: all, bounds, depth }];
     while let Some(Task { node, range, bounds, depth }) = tasks.pop() {
-        let Some(Split { axis, middle, halves }) = split(&mut primitives[range.clone()], &bounds, rule, depth) else {
+        let Some(Split { division, middle, halves }) = split(&mut primitives[range.clone()], &bounds, rule, depth)
+        else {
             continue;
         };
         let first = nodes.len();
-        nodes[node] = Node { first: first as u32, count: !(axis as i32), ..nodes[node] };
+        nodes[node] = Node::inner(nodes[node].slab, first, division);
         let middle = range.start + middle;
         for (side, (range, bounds)) in [range.start..middle, middle..range.end].into_iter().zip(halves).enumerate() {
             nodes.push(leaf(&bounds, &range));
@@ -228,7 +243,7 @@ fn nodes<R: Real>(
 }
 
 struct Split<R> {
-    axis: usize,
+    division: Division,
     /// Number of primitives in the first half, and the bounds of both halves.
     middle: usize,
     halves: [NodeBounds<R>; 2],
@@ -272,7 +287,7 @@ fn split<R: Real>(
                 NodeBounds { around: before, centers: centers(first) },
                 NodeBounds { around: behind, centers: centers(second) },
             ];
-            return Some(Split { axis: plane.axis, middle, halves });
+            return Some(Split { division: Division::Place, middle, halves });
         }
     } else if may_be_leaf {
         return None;
@@ -292,7 +307,7 @@ fn split<R: Real>(
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
     });
     let (before, behind) = primitives.split_at(middle);
-    Some(Split { axis, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
+    Some(Split { division: Division::Place, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
 }
 
 /// Splits primitives of two kinds that might be one leaf, if a ray that crosses their box will seldom cross both of theirs: a floor
@@ -308,7 +323,7 @@ fn split_kinds<R: Real>(primitives: &mut [BuildPrimitive<R>], bounds: &NodeBound
     }
     let middle = partition(primitives, |i, _| first >> i & 1 == 1);
     let (before, behind) = primitives.split_at(middle);
-    Some(Split { axis: BY_KIND, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
+    Some(Split { division: Division::Kind, middle, halves: [NodeBounds::of(before), NodeBounds::of(behind)] })
 }
 
 /// Moves the primitives that are `first` to the front, and returns how many there are. It has no branch on a primitive, which no
@@ -352,7 +367,7 @@ mod tests {
     fn depth(bvh: &Bvh<f32>, node: usize) -> usize {
         let node = &bvh.nodes[node];
         let first = node.first as usize;
-        if node.axis().is_none() { 1 } else { 1 + depth(bvh, first).max(depth(bvh, first + 1)) }
+        if node.is_leaf() { 1 } else { 1 + depth(bvh, first).max(depth(bvh, first + 1)) }
     }
 
     fn shapes() -> [Vec<Bounds>; 5] {
@@ -369,7 +384,7 @@ mod tests {
                 let mut primitives = primitives(&boxes);
                 let bvh = Bvh::build(&mut primitives, kind, &split_all);
                 let mut places: Vec<usize> =
-                    bvh.nodes.iter().filter(|node| node.axis().is_none()).flat_map(Node::places).collect();
+                    bvh.nodes.iter().filter(|node| node.is_leaf()).flat_map(Node::places).collect();
                 places.sort_unstable();
                 assert!(places.into_iter().eq(0..boxes.len()));
                 primitives.sort_unstable_by_key(|primitive| primitive.indices().start);
@@ -400,10 +415,29 @@ mod tests {
         let (mut whole, mut split) = (primitives(&boxes), primitives(&boxes));
         let whole = Bvh::build(&mut whole, BvhKind::Sah, &few_are_whole);
         let split = Bvh::build(&mut split, BvhKind::Sah, &split_all);
-        let leaves = |bvh: &Bvh<f32>| bvh.nodes.iter().filter(|node| node.axis().is_none()).count();
+        let leaves = |bvh: &Bvh<f32>| bvh.nodes.iter().filter(|node| node.is_leaf()).count();
         assert!(2 * leaves(&whole) <= leaves(&split), "{} {}", leaves(&whole), leaves(&split));
         // Above them nothing changes.
         assert!(whole.nodes.iter().all(|node| split.nodes.iter().any(|other| other.slab == node.slab)));
+    }
+
+    /// Balls that stand apart on a floor have a box of their own; those that fill the box of both do not.
+    #[test]
+    fn kinds_are_divided_where_their_boxes_have_less_surface() {
+        let floor = Bounds::around([DVec3::ZERO, DVec3::new(20.0, 0.0, 20.0)]);
+        for (ball, divided) in [(cube(1.0), true), (Bounds::around([DVec3::ZERO, DVec3::splat(20.0)]), false)] {
+            let mut primitives = primitives(&[floor, ball, floor, ball]);
+            let wholeness = |range: &[BuildPrimitive<f32>]| match range.len() {
+                4 => Wholeness::Pair { first: 0b0101 },
+                _ => Wholeness::Whole,
+            };
+            let bvh = Bvh::build(&mut primitives, BvhKind::Sah, &wholeness);
+            assert_eq!(bvh.nodes.iter().filter(|node| node.is_leaf()).count(), if divided { 2 } else { 1 });
+            assert_eq!(bvh.nodes[0].divides_kinds(), divided);
+            let mut first: Vec<usize> = primitives[..2].iter().flat_map(BuildPrimitive::indices).collect();
+            first.sort_unstable();
+            assert_eq!(first, if divided { [0, 2] } else { [0, 1] });
+        }
     }
 
     #[test]
@@ -412,12 +446,12 @@ mod tests {
             let mut primitives = primitives(&boxes);
             let bvh = Bvh::build(&mut primitives, BvhKind::Sah, &split_all);
             for node in &bvh.nodes {
-                let below = match node.axis() {
-                    None => primitives[node.places()]
+                let below = match node.is_leaf() {
+                    true => primitives[node.places()]
                         .iter()
                         .fold(Box4::empty(), |around, primitive| around.union(primitive.0))
                         .slab(),
-                    Some(_) => {
+                    false => {
                         let [a, b] = [0, 1].map(|side| bvh.nodes[node.first as usize + side].slab);
                         Slab {
                             min: std::array::from_fn(|i| a.min[i].min(b.min[i])),

@@ -19,6 +19,16 @@ impl<R: Real> Box4<R> {
         Self { min: [R::from_f64(f64::INFINITY); 4], max: [R::from_f64(f64::NEG_INFINITY); 4] }
     }
 
+    /// The smallest box around the corners of a triangle.
+    #[inline(always)]
+    pub(super) fn around(corners: [[R; 3]; 3]) -> Self {
+        let [a, b, c] = corners.map(|[x, y, z]| {
+            let point = [x, y, z, R::default()];
+            Self { min: point, max: point }
+        });
+        a.union(b).union(c)
+    }
+
     /// The smallest box around two.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {

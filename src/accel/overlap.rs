@@ -34,9 +34,9 @@ fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize
     match child.index() {
         Ok(node) => {
             let node = &wide.nodes[node];
-            let mut weights = [R::default(); MAX_LANES];
+            let mut weights = [0.0; MAX_LANES];
             for (weight, child) in weights.iter_mut().zip(&node.children[..node.count as usize]) {
-                *weight = R::from_f64(below(wide, *child, of_leaf));
+                *weight = below(wide, *child, of_leaf);
             }
             densest(node, &weights)
         }
@@ -45,20 +45,19 @@ fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize
 }
 
 /// The largest sum of weights of boxes that hold one point: at most that of intervals along each axis, which is largest where
-/// one of them begins. In the format of the boxes, which takes a sixth of the time: few roundings do not matter, and what overflows is
-/// beyond all limits.
-fn densest<R: Real>(node: &WideNode<R>, weights: &[R; MAX_LANES]) -> f64 {
+/// one of them begins.
+fn densest<R: Real>(node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
     let along = |axis: usize| {
         let (min, max) = (&node.min[axis], &node.max[axis]);
         // What each beginning is in. Boxes that a node has not weigh nothing, so all have turns and none is asked for; and without a
         // branch the compiler takes several at once.
-        let mut sums = [R::default(); MAX_LANES];
+        let mut sums = [0.0; MAX_LANES];
         for ((low, high), weight) in min.iter().zip(max).zip(weights) {
             for (sum, point) in sums.iter_mut().zip(min) {
-                *sum = *sum + if (low <= point) & (point <= high) { *weight } else { R::default() };
+                *sum += if (low <= point) & (point <= high) { *weight } else { 0.0 };
             }
         }
-        sums[..node.count as usize].iter().map(|sum| sum.to_f64()).fold(0.0, f64::max)
+        sums[..node.count as usize].iter().copied().fold(0.0, f64::max)
     };
     along(0).min(along(1)).min(along(2))
 }

@@ -34,7 +34,7 @@ pub(super) struct Binning<R> {
 /// The best of the planes between bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plane {
-    pub(super) axis: usize,
+    axis: usize,
     /// Bins in front of it.
     bins: usize,
     /// Expected cost of a ray that crosses the node, where testing one primitive costs 1.
@@ -86,10 +86,7 @@ impl<R: Real> Binning<R> {
     /// The cheapest plane with primitives on both sides.
     pub(super) fn best(&self, primitives: &[BuildPrimitive<R>], around: &Box4<R>) -> Option<(Plane, [Box4<R>; 2])> {
         let bins = if primitives.len() > CHUNK { self.count_in_parallel(primitives) } else { self.count(primitives) };
-        // Areas relative to the longest side neither vanish nor overflow, at any scale.
-        let (_, [x, y, z, _]) = around.sides();
-        let longest = [y, z].into_iter().fold(x, |a, b| if b > a { b } else { a });
-        let unit = R::from_f64(1.0) / longest;
+        let unit = unit_in(around);
         let whole = half_area(around, unit).to_f64();
         let planes = (0..3).filter_map(|axis| self.best_on(axis, &bins, unit, whole));
         let plane = planes.reduce(|a, b| if b.cost < a.cost { b } else { a })?;
@@ -161,6 +158,13 @@ fn count_by<R: Real>(primitives: &[BuildPrimitive<R>], add: impl Fn(&mut Bins<R>
     bins.merged(&others)
 }
 
+/// 1 over the longest side of a box: areas of its parts relative to that neither vanish nor overflow, at any scale.
+fn unit_in<R: Real>(around: &Box4<R>) -> R {
+    let (_, [x, y, z, _]) = around.sides();
+    let longest = [y, z].into_iter().fold(x, |a, b| if b > a { b } else { a });
+    R::from_f64(1.0) / longest
+}
+
 /// Half the surface area of a box that is not empty, with lengths multiplied by `unit`.
 #[inline(always)]
 fn half_area<R: Real>(around: &Box4<R>, unit: R) -> R {
@@ -171,9 +175,7 @@ fn half_area<R: Real>(around: &Box4<R>, unit: R) -> R {
 
 /// Whether two boxes have less surface together than the box around them.
 pub(super) fn has_less_surface<R: Real>(boxes: [Box4<R>; 2], around: &Box4<R>) -> bool {
-    let (_, [x, y, z, _]) = around.sides();
-    let longest = [y, z].into_iter().fold(x, |a, b| if b > a { b } else { a });
-    let unit = R::from_f64(1.0) / longest;
+    let unit = unit_in(around);
     let [a, b] = boxes.map(|part| half_area(&part, unit));
     a + b < half_area(around, unit)
 }

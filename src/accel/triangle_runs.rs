@@ -1,9 +1,9 @@
 //! Triangles that a mesh lists one after the other mostly lie side by side. Large geometries are built of runs of such
 //! triangles: a leaf tests sixteen at once, so little is gained by telling neighbours apart, and there are fewer to sort.
 
-use super::bounds::{Bounds, Slab};
+use super::bounds::Bounds;
 use super::build::BvhKind;
-use super::build_primitive::BuildPrimitive;
+use super::build_primitive::{Box4, BuildPrimitive};
 use super::item::Mesh;
 use crate::lanes::Real;
 use rayon::prelude::*;
@@ -43,13 +43,13 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, longest: u32) 
     let mut runs = Vec::with_capacity(faces.len() / longest as usize + 1);
     let mut around = Bounds::EMPTY;
     let mut end = |run: &Run<R>| {
-        let tight = run.slab.widened();
+        let tight = run.tight.slab().widened();
         around = around.union(tight);
         runs.push(BuildPrimitive::new(&tight.narrowed(), run.first, run.count));
     };
     let mut open: Option<Run<R>> = None;
     for face in faces {
-        let alone = Run::alone(Slab::around(mesh.corners(face)), first + face as u32);
+        let alone = Run::alone(Box4::around(mesh.corners(face)), first + face as u32);
         open = Some(match open {
             None => alone,
             Some(run) => run.with(&alone, longest).unwrap_or_else(|| {
@@ -66,7 +66,7 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, longest: u32) 
 #[derive(Debug, Clone, Copy)]
 struct Run<R> {
     /// The box around their corners.
-    slab: Slab<R>,
+    tight: Box4<R>,
     /// The sum of half the surface areas of their boxes.
     areas: f64,
     first: u32,
@@ -74,8 +74,8 @@ struct Run<R> {
 }
 
 impl<R: Real> Run<R> {
-    fn alone(slab: Slab<R>, first: u32) -> Self {
-        Self { slab, areas: slab.half_area(), first, count: 1 }
+    fn alone(tight: Box4<R>, first: u32) -> Self {
+        Self { tight, areas: tight.slab().half_area(), first, count: 1 }
     }
 
     /// With the next triangle, if they are compact together.
@@ -84,12 +84,12 @@ impl<R: Real> Run<R> {
             return None;
         }
         let together = Self {
-            slab: self.slab.union(&next.slab),
+            tight: self.tight.union(next.tight),
             areas: self.areas + next.areas,
             count: self.count + next.count,
             ..*self
         };
-        (together.slab.half_area() <= COMPACT * together.areas).then_some(together)
+        (together.tight.slab().half_area() <= COMPACT * together.areas).then_some(together)
     }
 }
 

@@ -5,7 +5,7 @@
 //! 2008).
 
 use super::bounds::Slab;
-use super::build::{BY_KIND, Bvh, Node, Wholeness};
+use super::build::{Bvh, Node, Wholeness};
 use super::item::{Item, Primitive, Shape};
 use crate::lanes::{Lanes, MAX_LANES, Real, V3};
 use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
@@ -348,9 +348,9 @@ struct Below {
 }
 
 impl Below {
-    fn inner(a: Self, b: Self, is_split_by_kind: bool, lanes: usize) -> Self {
+    fn inner(a: Self, b: Self, divides_kinds: bool, lanes: usize) -> Self {
         let (count, kinds) = (a.count + b.count, a.kinds.with(b.kinds));
-        let fits = kinds.are_whole() && count as usize <= lanes && !is_split_by_kind;
+        let fits = kinds.are_whole() && count as usize <= lanes && !divides_kinds;
         Self { start: a.start, count, kinds, leaves: if fits { 1 } else { a.leaves + b.leaves } }
     }
 
@@ -368,12 +368,12 @@ fn below<R: Real>(bvh: &Bvh<R>, items: &[Item<R>], primitives: &[Primitive]) -> 
         Below { start: places.start as u32, count: places.len() as u32, kinds, leaves: 1 }
     };
     let inner = Below { start: 0, count: 0, kinds: Kinds::default(), leaves: 0 };
-    let each = bvh.nodes.par_iter().map(|node| if node.axis().is_none() { alone(node) } else { inner });
+    let each = bvh.nodes.par_iter().map(|node| if node.is_leaf() { alone(node) } else { inner });
     let mut below: Vec<Below> = each.collect();
     for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        if let Some(axis) = node.axis() {
+        if !node.is_leaf() {
             let first = node.first as usize;
-            below[index] = Below::inner(below[first], below[first + 1], axis == BY_KIND, R::LANES);
+            below[index] = Below::inner(below[first], below[first + 1], node.divides_kinds(), R::LANES);
         }
     }
     below

@@ -157,13 +157,13 @@ fn too_far_away<R: Real>(description: &Description, world: &World<R>) -> Option<
     })
 }
 
-/// In single precision lengths have no product that is too small for it.
+/// In single precision products of tiny lengths underflow.
 fn too_small<R: Real>(description: &Description, world: &World<R>) -> Option<Problem> {
     let is_single = description.render.precision == Precision::Single;
     (is_single && world.usage.tiny).then(|| {
         let detail = format!(
-            "the bodies together are less than {TINY:e} across, which single precision cannot multiply: write \"double\", or make \
-             everything larger. What is proved does not cover it"
+            "the bodies together are less than {TINY:e} across, and products of their edges underflow in single precision: write \
+             \"double\", or make everything larger. What is proved does not cover it"
         );
         Problem::new("/render/precision", Code::Approximated, detail)
     })
