@@ -178,7 +178,8 @@ mod tests {
     fn the_closest_point_of_a_triangle_is_found_in_all_seven_regions() {
         let corners = [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.5), DVec3::new(0.3, 1.5, -0.4)];
         for i in 0..400 {
-            let spread = |k: u32| f64::from((i * 2_654_435_761u32.wrapping_mul(k)) >> 8) / 2f64.powi(24) * 6.0 - 3.0;
+            let spread =
+                |k: u32| f64::from(2_654_435_761u32.wrapping_mul(k).wrapping_mul(i) >> 8) / 2f64.powi(24) * 6.0 - 3.0;
             let p = DVec3::new(spread(1), spread(7), spread(13));
             let mut least = f64::INFINITY;
             for a in 0..=200 {

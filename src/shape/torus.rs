@@ -181,7 +181,7 @@ mod tests {
     fn compare<S: Simd>(s: S) {
         let number = |i: usize, k: f64| crate::math::sin_cos((i as f64 + 1.0) * k).0;
         let mut hits = 0;
-        for i in 0..20_000 {
+        for i in 0..6_000 {
             let minor_radius = [0.01, 0.3, 0.99][i % 3] as f32;
             let torus = Torus { frame: Frame::new(DVec3::ZERO, DVec3::Z), major_radius: 1.0f32, minor_radius };
             let sides = [Sides::Both, Sides::Outside, Sides::Inside][i / 3 % 3];
@@ -205,7 +205,7 @@ mod tests {
                 hits += usize::from(got.is_some());
             }
         }
-        assert!(hits > 40_000, "{hits}");
+        assert!(hits > 12_000, "{hits}");
     }
 
     #[test]

@@ -88,7 +88,7 @@ fn image(lab: &Lab) -> Evidence {
         let length = w.wrapping_mul(h).wrapping_mul(3);
         if length < 1 << 26 {
             let mut buffer = vec![0u8; length as usize];
-            let last = (u64::from(h) * u64::from(w) * 3).wrapping_sub(1);
+            let last = (u64::from(h) * u64::from(w)).wrapping_mul(3).wrapping_sub(1);
             e.twin(buffer.get_mut(last as usize).is_none());
         }
     }
