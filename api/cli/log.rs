@@ -1,5 +1,6 @@
 //! The log of commands that run for long.
 
+use super::environment;
 use super::failure::Failure;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -19,7 +20,7 @@ pub(super) enum LogFormat {
     Json,
 }
 
-/// Starts the log on standard error. `STRAHL_LOG` filters it; the default is `info`.
+/// Starts the log on standard error, with what is likely misspelt in the environment. `STRAHL_LOG` filters it; the default is `info`.
 pub(super) fn log(format: LogFormat) -> Result<(), Failure> {
     let filter = match std::env::var("STRAHL_LOG") {
         Ok(text) if !text.trim().is_empty() => filter_of(&text)?,
@@ -31,6 +32,7 @@ pub(super) fn log(format: LogFormat) -> Result<(), Failure> {
         LogFormat::Text => log.with(lines).init(),
         LogFormat::Json => log.with(lines.json().flatten_event(true).with_current_span(false)).init(),
     }
+    environment::warn_of_misspelt();
     Ok(())
 }
 

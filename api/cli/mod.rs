@@ -4,6 +4,7 @@ mod allocator;
 mod assemble;
 mod config;
 mod config_file;
+mod environment;
 mod explain;
 mod failure;
 mod farm;

@@ -171,6 +171,7 @@ fn tick(jobs: &Jobs, until: &Receiver<()>) {
 pub(crate) fn check(http: &HttpSettings, settings: &Settings, farm: &FarmSettings) -> Result<(), StartError> {
     check_exposure(http)?;
     check_listeners(http)?;
+    farm.store.as_deref().map_or(Ok(()), Objects::check_place)?;
     // A farm does not use --data.
     if farm.farm.is_none() { Folders::check(settings) } else { Ok(()) }
 }

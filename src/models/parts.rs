@@ -19,6 +19,8 @@ const BOUNDARY: usize = 70;
 pub struct Part<'a> {
     /// Its file name; without one, the name of the form's field.
     pub name: &'a str,
+    /// Whether it has a file name.
+    pub is_file: bool,
     /// What is in it.
     pub bytes: &'a [u8],
 }
@@ -61,11 +63,11 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
         let end = if head.starts_with(b"\r\n") { Some(0) } else { find(head, b"\r\n\r\n").map(|end| end + 2) };
         let number = parts.len() + 1;
         let end = end.ok_or_else(|| format!("the headers of part {number} do not end within {HEADERS} bytes"))?;
-        let name = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
+        let (name, is_file) = name_of(&rest[..end]).ok_or_else(|| format!("part {number} has no name in UTF-8"))?;
         let content = &rest[end + 2..];
         let length =
             find(content, &delimiter).ok_or_else(|| format!("part {number} does not end with the boundary"))?;
-        parts.push(Part { name, bytes: &content[..length] });
+        parts.push(Part { name, is_file, bytes: &content[..length] });
         rest = &content[length + delimiter.len()..];
         if rest.starts_with(b"--") {
             return Ok(parts);
@@ -77,8 +79,8 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
     }
 }
 
-/// The file name of a part, or its name.
-fn name_of(headers: &[u8]) -> Option<&str> {
+/// The file name of a part and true, or its name and false.
+fn name_of(headers: &[u8]) -> Option<(&str, bool)> {
     let headers = std::str::from_utf8(headers).ok()?;
     let is_disposition =
         |line: &&str| line.get(..20).is_some_and(|key| key.eq_ignore_ascii_case("content-disposition:"));
@@ -89,7 +91,8 @@ fn name_of(headers: &[u8]) -> Option<&str> {
         let end = value.find('"')?;
         Some(&value[..end])
     };
-    parameter(" filename=\"").filter(|name| !name.is_empty()).or_else(|| parameter(" name=\""))
+    let file = parameter(" filename=\"").filter(|name| !name.is_empty());
+    file.map(|name| (name, true)).or_else(|| parameter(" name=\"").map(|name| (name, false)))
 }
 
 /// The part that is the model: the one with a name that ends as those of models do, else the first. An error says which parts
@@ -114,6 +117,15 @@ pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
         }
         (one, _) => one.or(parts.first()).copied().ok_or_else(|| "the body has no parts".to_owned()),
     }
+}
+
+/// The first field of a form that is no file: it has no file name, and no ending of one, and is not the model.
+pub fn field_of<'a>(parts: &[Part<'a>], model: &Part<'_>) -> Option<&'a str> {
+    parts
+        .iter()
+        .map(|part| (part.name, part.is_file))
+        .find(|(name, is_file)| !is_file && !name.contains('.') && *name != model.name)
+        .map(|(name, _)| name)
 }
 
 /// A name in quotes, not too long.
@@ -205,8 +217,12 @@ mod tests {
     fn a_body_is_taken_apart() {
         assert!(is_multipart(BODY) && !is_multipart(b"--\r\n") && !is_multipart(b"glTF"));
         let parts = split(BODY).unwrap();
-        assert_eq!(parts, [Part { name: "box.gltf", bytes: b"{}" }, Part { name: "box.bin", bytes: b"\r\n--X\r\n" }]);
-        assert_eq!(model_of(&parts).unwrap().name, "box.gltf");
+        let [gltf, bin] = [("box.gltf", true, &b"{}"[..]), ("box.bin", false, b"\r\n--X\r\n")]
+            .map(|(name, is_file, bytes)| Part { name, is_file, bytes });
+        assert_eq!(parts, [gltf, bin]);
+        assert_eq!(model_of(&parts).unwrap(), gltf);
+        assert_eq!(field_of(&parts, &gltf), None);
+        assert_eq!(field_of(&[gltf, bin, Part { name: "width", ..bin }], &gltf), Some("width"));
         for end in 0..BODY.len() - 4 {
             assert!(split(&BODY[..end]).is_err(), "{end}");
         }
@@ -228,7 +244,7 @@ mod tests {
 
     #[test]
     fn names_are_compared_as_they_are_then_by_their_plain_paths() {
-        let part = |name: &'static str, bytes: &'static [u8]| Part { name, bytes };
+        let part = |name: &'static str, bytes: &'static [u8]| Part { name, is_file: true, bytes };
         let parts = [part("a/b.png", b"1"), part("a\\b.png", b"2"), part(".\\c.png", b"3"), part("../d.png", b"4")];
         let named = Named::new(&parts);
         for (name, bytes) in [

@@ -24,7 +24,7 @@ pub use super::description::UpAxis;
 use super::description::{Description, PictureNames};
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
-use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Up, Which, parts, shortened};
+use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Subject, Up, Warning, Which, parts, shortened};
 use glam::DMat4;
 use placed_meshes::Placed;
 use room::Room;
@@ -151,7 +151,13 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> R
         ))
     })?;
     let named = parts::Named::new(&all);
-    let model = read_upright(format, file.bytes, &|name: &str| named.read(name), &overrides.model)?;
+    let mut model = read_upright(format, file.bytes, &|name: &str| named.read(name), &overrides.model)?;
+    if let Some(field) = parts::field_of(&all, &file) {
+        let name = super::problem::quoted(field);
+        let detail = format!("{name} is no file of the model; settings are part of the address, as in ?width=512");
+        let (subject, what, pointer) = (Subject::Skipped, "form-fields", String::new());
+        model.warnings.push(Warning { subject, what, detail, pointer });
+    }
     let imported = described(model, overrides, files)?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })

@@ -100,6 +100,18 @@ fn the_parts_of_a_model_come_in_one_body() {
     let alone = [part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
     let grey = load(&alone, Format::Parts, &Overrides::default()).unwrap();
     assert!(grey.scene.warnings.iter().any(|warning| warning.detail.starts_with("skipped: materials")));
+    // A field of the form is no part of the model, and no setting.
+    let field = b"--cut\r\nContent-Disposition: form-data; name=\"width\"\r\n\r\n64\r\n".to_vec();
+    let with_field = [part("cube.mtl", &mtl), field, part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
+    let skipped = load(&with_field, Format::Parts, &Overrides::default()).unwrap().scene;
+    let details: Vec<&str> = skipped.warnings.iter().map(|warning| warning.detail.as_str()).collect();
+    assert!(
+        details.iter().any(|detail| detail.starts_with("skipped: form-fields: \"width\" is no file")),
+        "{details:?}"
+    );
+    assert!(
+        skipped.width == 512 && !loaded.scene.warnings.iter().any(|warning| warning.detail.contains("form-fields"))
+    );
     // A buffer that is missing is named.
     let gltf = br#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a b.bin","byteLength":4}]}"#;
     let lonely = [part("a.gltf", gltf), b"--cut--\r\n".to_vec()].concat();

@@ -29,7 +29,7 @@ fn nine_of_ten_intervals_hold_the_rays_and_most_estimates_are_within_a_tenth() {
     for name in scene_names().into_iter().filter(|name| name != "hard/corridor") {
         // Of a thousand rays a pixel, fewer pixels.
         let bleeds = ["effects/color_bleeding", "effects/global_illumination"].contains(&name.as_str());
-        let width = if bleeds { 180 } else { 360 };
+        let width = if bleeds { 240 } else { 480 };
         for antialias in [false, true] {
             let overrides = Overrides { antialias: Some(antialias), ..Overrides::default() };
             let scene = load_scene(&name, width, overrides).scene;

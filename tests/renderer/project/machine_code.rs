@@ -11,6 +11,8 @@ use std::path::Path;
 const OPERATION: &str = "__fearless_simd_kernel";
 /// What the kernels themselves are called.
 const KERNEL: &str = "vectorize_avx";
+/// What this test program calls its own functions.
+const OWN: &str = "8renderer";
 /// Bytes that a function may have: compiling takes time that is quadratic in them.
 const LARGEST: usize = 60_000;
 /// Incremental builds inline a little more.
@@ -78,7 +80,7 @@ fn every_operation_over_lanes_is_part_of_its_kernel() {
     );
 }
 
-/// All functions of the library are in this test program, and of its own none is large.
+/// All functions of the library are in this test program. Its own may be without optimisation.
 #[test]
 #[cfg_attr(
     any(debug_assertions, not(all(target_arch = "x86_64", target_os = "linux"))),
@@ -89,7 +91,7 @@ fn no_function_is_so_large_that_compiling_it_takes_minutes() {
     assert!(functions.iter().any(|f| f.name.contains(KERNEL)), "there is no kernel, so this test sees nothing");
     let incremental = std::env::var("CARGO_INCREMENTAL").is_ok_and(|value| value != "0");
     let largest = if incremental { LARGEST_INCREMENTAL } else { LARGEST };
-    functions.retain(|f| f.bytes > largest);
+    functions.retain(|f| f.bytes > largest && !f.name.contains(OWN));
     functions.sort_by_key(|f| std::cmp::Reverse(f.bytes));
     let list: Vec<String> = functions.iter().map(|f| format!("{:>8} bytes: {}", f.bytes, f.name)).collect();
     assert!(

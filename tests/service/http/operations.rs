@@ -331,6 +331,8 @@ fn mistakes_in_the_file_are_named() {
         ("public_url = \"https://a.org/?b\"\n", "without ? and #"),
         ("listen = \"0.0.0.0:0\"\n", "--insecure-no-auth"),
         ("listen = \"127.0.0.1:8081\"\nadmin_listen = \"127.0.0.1:8081\"\n", "the same address"),
+        ("store = \"ftp://a/b\"\n", "ftp:// is not known"),
+        ("store = \"s3:///b\"\n", "there is no bucket"),
         ("data = \"/nowhere/a\"\ncache = \"/nowhere/a/b\"\n", "one is in the other"),
     ] {
         let path = file("wrong.toml", text);

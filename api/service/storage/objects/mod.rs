@@ -86,14 +86,15 @@ impl Objects {
         Self::open_in(place, std::env::vars()).await
     }
 
+    /// Refuses what names neither a folder nor a bucket, without looking there.
+    pub(crate) fn check_place(place: &str) -> Result<(), StartError> {
+        in_bucket(place).map(drop)
+    }
+
     async fn open_in(place: &str, environment: impl Iterator<Item = (String, String)>) -> Result<Self, StartError> {
-        let objects = match place.split_once("://") {
+        let objects = match in_bucket(place)? {
             None => Self::folder(place)?,
-            Some(("s3", rest)) => Self::bucket(place, rest, environment)?,
-            Some((scheme, _)) => {
-                let why = format!("--store {place}: {scheme}:// is not known: name a folder or s3://BUCKET/PREFIX");
-                return Err(StartError::Settings(why));
-            }
+            Some((bucket, prefix)) => Self::bucket(place, bucket, prefix, environment)?,
         };
         let silent = || StartError::Machine(format!("--store {place}: nothing answered within {} s", START.as_secs()));
         tokio::time::timeout(START, objects.try_out()).await.map_err(|_| silent())?.map_err(|(error, advice)| {
@@ -118,15 +119,11 @@ impl Objects {
 
     fn bucket(
         place: &str,
-        rest: &str,
+        bucket: &str,
+        prefix: Name,
         environment: impl Iterator<Item = (String, String)>,
     ) -> Result<Self, StartError> {
         let wrong = |why: &dyn fmt::Display| StartError::Settings(format!("--store {place}: {why}"));
-        let (bucket, prefix) = rest.trim_end_matches('/').split_once('/').unwrap_or((rest.trim_end_matches('/'), ""));
-        if bucket.is_empty() {
-            return Err(wrong(&"there is no bucket: write s3://BUCKET or s3://BUCKET/PREFIX"));
-        }
-        let prefix = if prefix.is_empty() { Name::default() } else { plain(prefix).map_err(|error| wrong(&error))? };
         let timeout = AmazonS3ConfigKey::Client(ClientConfigKey::Timeout);
         // The time of one request with its bytes: of the crate's 30 s a scene of some 100 MB has not enough. `within` ends others.
         let mut builder = AmazonS3Builder::new().with_config(timeout, "300 seconds");
@@ -145,7 +142,7 @@ impl Objects {
         }
         tls::install_provider();
         let store = builder.with_bucket_name(bucket).build().map_err(|error| wrong(&one_line(&error)))?;
-        let url = format!("s3://{}", rest.trim_end_matches('/'));
+        let url = place.trim_end_matches('/').to_owned();
         Ok(Self { store: Arc::new(store), prefix, url, is_bucket: true })
     }
 
@@ -292,6 +289,22 @@ async fn within<T>(bytes: u64, answer: impl Future<Output = T>) -> Result<T, Obj
     let limit = ANSWER + Duration::from_secs(bytes / SLOWEST);
     let silent = |_| ObjectError::Store(format!("the store has not answered within {} s", limit.as_secs()));
     tokio::time::timeout(limit, answer).await.map_err(silent)
+}
+
+/// The bucket that a place names and the prefix in it; none if it is a folder.
+fn in_bucket(place: &str) -> Result<Option<(&str, Name)>, StartError> {
+    let wrong = |why: &dyn fmt::Display| StartError::Settings(format!("--store {place}: {why}"));
+    let Some((scheme, rest)) = place.split_once("://") else { return Ok(None) };
+    if scheme != "s3" {
+        return Err(wrong(&format_args!("{scheme}:// is not known: name a folder or s3://BUCKET/PREFIX")));
+    }
+    let rest = rest.trim_end_matches('/');
+    let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
+    if bucket.is_empty() {
+        return Err(wrong(&"there is no bucket: write s3://BUCKET or s3://BUCKET/PREFIX"));
+    }
+    let prefix = if prefix.is_empty() { Name::default() } else { plain(prefix).map_err(|error| wrong(&error))? };
+    Ok(Some((bucket, prefix)))
 }
 
 /// A name of plain parts: nothing that a file system or a URL reads in another way.
