@@ -1,6 +1,7 @@
 //! Triangles over shared vertices, as every format gives them.
 
 use glam::{DMat3, DMat4, DVec3};
+use hashbrown::HashMap;
 
 /// Triangles. All lists of vertices are as long as `positions`; indices are below that.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -77,6 +78,29 @@ impl Geometry {
         self.tangents.iter_mut().for_each(|list| keep(list, &places));
         self.uvs.iter_mut().flatten().for_each(|list| keep(list, &places));
         self.colors.iter_mut().for_each(|list| keep(list, &places));
+    }
+
+    /// Some of its triangles, with the points that these have.
+    pub(crate) fn part(&self, triangles: &[[u32; 3]]) -> Self {
+        fn of<T: Copy>(list: &[T], points: &[u32]) -> Vec<T> {
+            points.iter().map(|i| list[*i as usize]).collect()
+        }
+        let (mut places, mut points) = (HashMap::new(), Vec::new());
+        let mut place = |i: u32| {
+            *places.entry(i).or_insert_with(|| {
+                points.push(i);
+                points.len() as u32 - 1
+            })
+        };
+        let triangles = triangles.iter().map(|triangle| triangle.map(&mut place)).collect();
+        Self {
+            positions: of(&self.positions, &points),
+            triangles,
+            normals: self.normals.as_ref().map(|list| of(list, &points)),
+            tangents: self.tangents.as_ref().map(|list| of(list, &points)),
+            uvs: self.uvs.each_ref().map(|list| list.as_ref().map(|list| of(list, &points))),
+            colors: self.colors.as_ref().map(|list| of(list, &points)),
+        }
     }
 
     /// The same with all points moved by a matrix each. Triangles that are mirrored are turned around, so that their fronts stay

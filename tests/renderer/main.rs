@@ -31,6 +31,7 @@ mod models {
     mod rigs;
     mod scenes;
     mod shared_meshes;
+    mod shells;
     mod sizes;
 }
 mod plan {

@@ -1,5 +1,6 @@
 //! Materials of a model in the form `pbr` of scenes, which has the words of glTF.
 
+use super::shells;
 use crate::math;
 use crate::models::gltf::media_type;
 use crate::models::{
@@ -26,6 +27,10 @@ pub(super) fn materials(
 ) -> (Named<Material>, Vec<String>, PictureNames) {
     lay_pictures(model, warnings);
     let open = open_volumes(model, warnings);
+    if !shells::set_apart(model, &open) {
+        let detail = "closed parts of a mesh of glass are so many that they are one body: light that leaves one of them leaves all";
+        warnings.push(warning(Subject::Approximated, "shells", detail));
+    }
     let pictures = std::mem::take(&mut model.pictures);
     let sources: Vec<String> = pictures.iter().map(source).collect();
     let pictures = PictureNames::of(&pictures, &sources);
@@ -223,9 +228,14 @@ fn warning(subject: Subject, what: &'static str, detail: &str) -> Warning {
 
 /// Notes what scenes cannot say.
 fn note(model: &Model, warnings: &mut Vec<Warning>) {
-    let is_invisible = |material: &ModelMaterial| material.alpha == Alpha::Blend && material.opacity <= 0.0;
+    // Pictures and colors of vertices only take from it.
+    let is_invisible = |material: &ModelMaterial| match material.alpha {
+        Alpha::Opaque => false,
+        Alpha::Mask(cutoff) => material.opacity < cutoff,
+        Alpha::Blend => material.opacity <= 0.0,
+    };
     if model.placements.iter().all(|it| it.material.is_some_and(|index| is_invisible(&model.materials[index]))) {
-        let detail = "nothing is seen: all materials have an opacity of 0 (in MTL, Tr 1 and d 0 say so)";
+        let detail = "nothing is seen: all materials have an opacity of 0, or below their alphaCutoff (in MTL, Tr 1 and d 0 say so)";
         warnings.push(warning(Subject::Skipped, "invisible", detail));
     }
     let is_beyond = |color: &[f64]| color.iter().any(|channel| *channel > 1.0);

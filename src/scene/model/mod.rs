@@ -12,6 +12,7 @@ mod placed_meshes;
 mod problems;
 mod room;
 mod scale;
+mod shells;
 mod studio;
 mod view;
 mod views;
