@@ -202,14 +202,14 @@ mod tests {
         assert!(sizes(&[one, ([0.5; 3], 1.0), ([3.0; 3], -0.5)]).is_empty());
         // The fronts of all of it may be inside.
         assert_eq!(sizes(&[([0.0; 3], -1.0), ([0.5; 3], -1.0)]), [1, 1]);
-        let many: Vec<_> = (0..=SHELLS).map(|i| ([0.5 * i as f64, 0.0, 0.0], 1.0)).collect();
+        let many: Vec<_> = (0..=SHELLS).map(|i| ([0.3 * i as f64, 0.0, 0.0], 1.0)).collect();
         assert!(division(&boxes(&many)).is_none() && sizes(&many[1..]).len() == SHELLS);
     }
     #[test]
     fn bodies_are_counted_in_all_places() {
         let glass = ModelMaterial { transmission: Channel::of(1.0), thickness: 1.0, ..ModelMaterial::new() };
         let count = |boxes_of_one: usize, places: usize| {
-            let all: Vec<_> = (0..boxes_of_one).map(|i| ([0.5 * i as f64, 0.0, 0.0], 1.0)).collect();
+            let all: Vec<_> = (0..boxes_of_one).map(|i| ([0.3 * i as f64, 0.0, 0.0], 1.0)).collect();
             let transforms = vec![DMat4::IDENTITY; places];
             let placement = Placement { geometry: 0, material: Some(0), name: None, transforms };
             let mut model = Model {
