@@ -205,6 +205,7 @@ mod tests {
         let many: Vec<_> = (0..=SHELLS).map(|i| ([0.3 * i as f64, 0.0, 0.0], 1.0)).collect();
         assert!(division(&boxes(&many)).is_none() && sizes(&many[1..]).len() == SHELLS);
     }
+
     #[test]
     fn bodies_are_counted_in_all_places() {
         let glass = ModelMaterial { transmission: Channel::of(1.0), thickness: 1.0, ..ModelMaterial::new() };
