@@ -2,7 +2,7 @@
 
 use super::Cli;
 use clap::{Command, CommandFactory};
-use strahl::scene::problem::did_you_mean;
+use strahl::scene::problem::nearest;
 use tracing::warn;
 
 /// What the names of all of them begin with.
@@ -14,8 +14,8 @@ const LOG: &str = "LOG";
 /// `STRAHL_PORT` and more for a service of that name.
 pub(super) fn warn_of_misspelt() {
     for name in std::env::vars_os().filter_map(|(name, _)| name.into_string().ok()) {
-        if let Some(suggestion) = misspelt(&name) {
-            warn!("{name} is no setting{suggestion}");
+        if let Some(meant) = misspelt(&name) {
+            warn!("{name} is no setting; did you mean {meant}?");
         }
     }
 }
@@ -30,8 +30,7 @@ fn misspelt(name: &str) -> Option<String> {
     if upper == name && known.contains(&given) {
         return None;
     }
-    let suggestion = did_you_mean(given, known);
-    (!suggestion.is_empty()).then(|| suggestion.replace('"', "").replace("mean ", &format!("mean {PREFIX}")))
+    nearest(given, known).map(|meant| format!("{PREFIX}{meant}"))
 }
 
 /// Adds the variables of a command and of those below it, without the prefix.
@@ -55,7 +54,7 @@ mod tests {
             ("strahl_listen", "STRAHL_LISTEN"),
             ("STRAHL_LOGS", "STRAHL_LOG"),
         ] {
-            assert_eq!(misspelt(name), Some(format!("; did you mean {meant}?")), "{name}");
+            assert_eq!(misspelt(name).as_deref(), Some(meant), "{name}");
         }
         for name in
             ["STRAHL_LISTEN", "STRAHL_LOG", "STRAHL_PORT", "STRAHL_PORT_8080_TCP_ADDR", "STRAHL_SERVICE_HOST", "PATH"]

@@ -197,9 +197,14 @@ impl std::error::Error for Problems {}
 
 /// ` did you mean "..."?` with the candidate nearest to `given`, if one is near enough to be a typing error.
 pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(given, candidates).map_or_else(String::new, |candidate| format!("; did you mean \"{candidate}\"?"))
+}
+
+/// The candidate nearest to `given`, if one is near enough to be a typing error.
+pub fn nearest<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Computing the distance takes quadratic time, and names this long are not typed by hand.
     if given.len() > SHOWN {
-        return String::new();
+        return None;
     }
     let near = candidates
         .into_iter()
@@ -208,7 +213,7 @@ pub fn did_you_mean<'a>(given: &str, candidates: impl IntoIterator<Item = &'a st
         .map(|candidate| (strsim::damerau_levenshtein(given, candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len().min(given.len()) / 4)
         .min_by_key(|(distance, _)| *distance);
-    near.map_or_else(String::new, |(_, candidate)| format!("; did you mean \"{candidate}\"?"))
+    near.map(|(_, candidate)| candidate)
 }
 
 /// Names that a suggestion is looked for among, at about 10 microseconds each.

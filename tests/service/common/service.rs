@@ -72,7 +72,8 @@ impl Service {
         Self::try_start_command(program, flags)
     }
 
-    fn try_start_command(mut program: Command, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
+    /// Starts a program with the environment that it was given, or gives the exit code with which it ends and what it says.
+    pub(crate) fn try_start_command(mut program: Command, flags: &[&str]) -> Result<Self, (Option<i32>, String)> {
         // What is slow on a slow machine is not wrong.
         let has_own = flags.iter().any(|flag| ["--timeout", "--config"].contains(flag));
         let patient = if has_own { &[][..] } else { &NO_TIMEOUT[..] };

@@ -321,6 +321,15 @@ fn the_health_check_asks_where_the_file_says() {
 }
 
 #[test]
+fn misspelt_variables_are_named_in_the_log() {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_strahl"));
+    program.envs([("STRAHL_MEMORY_BYTE", "7"), ("STRAHL_PORT", "tcp://10.0.0.1:80")]);
+    let log = Service::try_start_command(program, &[]).unwrap_or_else(|(_, said)| panic!("{said}")).log();
+    assert!(log.contains("STRAHL_MEMORY_BYTE is no setting; did you mean STRAHL_MEMORY_BYTES?"), "{log}");
+    assert!(!log.contains("STRAHL_PORT"), "Kubernetes sets it: {log}");
+}
+
+#[test]
 fn mistakes_in_the_file_are_named() {
     for (text, part) in [
         ("max_pixel = 3\n", "did you mean \"max_pixels\""),
