@@ -3,9 +3,9 @@
 use super::failure::Failure;
 use super::output::is_standard;
 use crate::service::scenes::texture_folder::TextureFolder;
+use parking_lot::Mutex;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use strahl::scene::hashes::hash_of;
 use strahl::scene::{Files, NoFiles};
 
@@ -59,12 +59,12 @@ impl SceneInputs {
 
     /// Notes another file that the command has read.
     pub(super) fn note(&self, file: &Path) {
-        self.read.lock().unwrap_or_else(PoisonError::into_inner).insert(Identity::of(file));
+        self.read.lock().insert(Identity::of(file));
     }
 
     /// Fails if a result would replace what was read, or another one of these results.
     pub(super) fn check_outputs<'a>(&self, outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
-        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let read = self.read.lock();
         let mut others = BTreeSet::new();
         // What is no file keeps nothing, such as /dev/null.
         for output in

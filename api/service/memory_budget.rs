@@ -5,11 +5,12 @@
 
 use super::ANONYMOUS;
 use super::error::Error;
+use parking_lot::{Mutex, MutexGuard};
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 
 /// The least budget: the program, and some work.
 pub(crate) const LEAST: u64 = 128 << 20;
@@ -162,12 +163,12 @@ impl MemoryBudget {
 
     fn caches(&self) -> MutexGuard<'_, Vec<Weak<dyn Evict>>> {
         // A list that only grows.
-        self.0.caches.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.caches.lock()
     }
 
     fn bodies(&self) -> MutexGuard<'_, HashMap<String, u64>> {
         // Sums, which are right after each statement.
-        self.0.bodies.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.bodies.lock()
     }
 }
 

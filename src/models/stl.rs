@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
     // Binary files may begin with "solid" as those of text do: their length tells, else a byte that no text has. The highest one of
     // the count is 0 up to 16 million triangles.
     match count(bytes) {
-        Some(count) if bytes.len() == HEADER + count * TRIANGLE => {
+        Some(_) if is_binary(bytes) => {
             corners.is_colored = bytes[..HEADER].windows(6).any(|word| word == b"COLOR=");
             binary(&bytes[HEADER..], &mut corners)?;
         }
@@ -43,6 +43,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
 pub(crate) fn begins_as_text(bytes: &[u8]) -> bool {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
+}
+
+/// Whether the length is that of a binary file with as many triangles as it says.
+pub(crate) fn is_binary(bytes: &[u8]) -> bool {
+    count(bytes).is_some_and(|count| bytes.len() == HEADER + count * TRIANGLE)
 }
 
 fn count(bytes: &[u8]) -> Option<usize> {

@@ -19,11 +19,11 @@ use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
 use crate::scene::compile::Precise;
 use crate::scene::world::World;
+use parking_lot::Mutex;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// When to stop.
@@ -192,7 +192,7 @@ impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
                 control.add_rays(traced.rays.total());
                 busy.fetch_add(tracing.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 samples.fetch_add(chunk.pixels.len() as u64 * u64::from(step.samples), Ordering::Relaxed);
-                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut done = done.lock();
                 if halt.stops() || done.full {
                     return;
                 }
@@ -202,7 +202,7 @@ impl<'a, R: KernelFormat> ProgressiveRender<'a, R> {
             }
         };
         rayon::broadcast(|_| take());
-        let Done { chunks: settled, is_cut, .. } = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let Done { chunks: settled, is_cut, .. } = done.into_inner();
         self.is_cut = is_cut;
         *nanoseconds += busy.into_inner();
         *all_samples += samples.into_inner();

@@ -91,7 +91,7 @@ pub fn recognise_start(bytes: &[u8]) -> Recognised {
         return Recognised::Ply;
     }
     // Also binary files begin so, against the rules.
-    if stl::begins_as_text(bytes) || is_binary_stl(bytes) {
+    if stl::begins_as_text(bytes) || stl::is_binary(bytes) {
         return Recognised::Stl;
     }
     if parts::is_multipart(bytes) {
@@ -102,12 +102,6 @@ pub fn recognise_start(bytes: &[u8]) -> Recognised {
     }
     let text = super::read::strip_mark(bytes).trim_ascii_start();
     if matches!(text.first(), Some(b'{' | b'[')) { Recognised::Json } else { by_first_statement(text) }
-}
-
-/// Whether the length is that of a binary file of STL with as many triangles as it says.
-fn is_binary_stl(bytes: &[u8]) -> bool {
-    let count = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
-    count.is_some_and(|count| count > 0 && bytes.len() as u64 == 84 + 50 * u64::from(count))
 }
 
 /// The format of a file that is a model, by its name or its content.

@@ -4,16 +4,13 @@
 //! the body that decides in a segment absorbs there, independently of the order of objects.
 
 use super::attenuation::{absorption, depth, remaining};
-use super::hits::Hits;
+use super::hits::{Hits, MAX_CROSSINGS};
 use super::interface::interface;
 use crate::accel::Coherence;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::media::Media;
-
-/// Most surfaces along the line; behind the last one nothing is absorbed.
-const MAX_CROSSINGS: usize = 1000;
 
 /// The share of each channel that the bodies along shadow rays transmit. The rays start in the media `lists`, end at `t_max`
 /// and have directions of any length; `time` is their time, if anything moves.
@@ -50,6 +47,7 @@ fn walk<L: Lanes>(
     let (dir, end) = (rays.dir, rays.origin + rays.dir);
     let mut sum = V3::splat(s, [L::Real::from_f64(0.0); 3]);
     let mut hits = Hits { time, ..Hits::none(s) };
+    // Behind the last of them nothing is absorbed.
     for _ in 0..MAX_CROSSINGS {
         let lanes = rays.active.bits();
         if lanes == 0 {

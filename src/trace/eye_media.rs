@@ -1,15 +1,12 @@
 //! The media around a point: where a ray starts when the eye is inside glass.
 
-use super::hits::{Hits, Touch};
+use super::hits::{Hits, MAX_CROSSINGS, Touch};
 use crate::accel::Coherence;
 use crate::lanes::{Lanes, Real, V3};
 use crate::ray::Rays;
 use crate::scene::world::World;
 use crate::shading::media::Medium;
 use std::collections::HashSet;
-
-/// Most surfaces crossed in one direction.
-const MAX_CROSSINGS: usize = 1000;
 
 /// A direction that is unlikely to be parallel to faces and edges.
 const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672_186_343_420_581];

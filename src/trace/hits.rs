@@ -8,6 +8,9 @@ use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
 
+/// Most surfaces that a walk along a straight line crosses.
+pub(super) const MAX_CROSSINGS: usize = 1000;
+
 /// The nearest surface of each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {

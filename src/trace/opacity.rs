@@ -1,7 +1,7 @@
 //! Surfaces that are only partly there: light goes straight on through the rest, rays and shadow rays alike. So layers of them
 //! need no order.
 
-use super::hits::Hits;
+use super::hits::{Hits, MAX_CROSSINGS};
 use super::kernel::Tracer;
 use super::observer::Observer;
 use super::pbr::passage;
@@ -13,8 +13,6 @@ use crate::lanes::{Lanes, Mask, V3};
 use crate::ray::{Rays, gamma};
 use crate::scene::world::World;
 
-/// Most surfaces along a shadow ray; light passes those behind.
-const MAX_CROSSINGS: usize = 1000;
 /// Most of a ray's length that is leapt over behind a surface, where it only grazes it.
 const LONGEST_STEP: f64 = 1.0 / 1_024.0;
 
@@ -97,6 +95,7 @@ fn walk<L: Lanes>(s: L::Simd, world: &World<L::Real>, blockers: Blockers, mut ra
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let mut left = V3 { x: one, y: one, z: one };
     let mut hits = Hits { time, ..Hits::none(s) };
+    // Light passes what is behind the last of them.
     for _ in 0..MAX_CROSSINGS {
         if !rays.any() {
             break;

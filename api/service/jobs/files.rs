@@ -2,7 +2,7 @@
 
 use super::Jobs;
 use super::finish::JobFiles;
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::{Record, is_job_id};
 use super::registry::Registry;
 use super::upgrade;
@@ -180,20 +180,20 @@ impl Jobs {
     /// Puts the picture of a job on disk. It is held until [`Self::let_go`], before which the job's record has to say that it
     /// is the job's.
     pub(super) fn keep_picture(&self, record: &Record, made: &PictureFile, preview: &[u8]) -> io::Result<()> {
-        locked(&self.registry).pictures.add(&record.picture_name());
+        self.registry.lock().pictures.add(&record.picture_name());
         let kept = self.files.put_picture(record, made).and_then(|()| self.files.put_preview(record, preview));
         kept.inspect_err(|_| self.let_go(record))
     }
 
     /// The pictures of a job are not held any more.
     pub(super) fn let_go(&self, record: &Record) {
-        locked(&self.registry).release_pictures(record, &self.files);
+        self.registry.lock().release_pictures(record, &self.files);
     }
 
     /// Puts the picture of a job on disk again, unless the job has expired meanwhile.
     pub(crate) fn restore_picture(&self, job: &Job, made: &PictureFile) {
         let record = job.record().clone();
-        locked(&self.registry).pictures.add(&record.picture_name());
+        self.registry.lock().pictures.add(&record.picture_name());
         if let Err(error) = self.files.put_picture(&record, made) {
             tracing::warn!(job = record.id, %error, "a picture that was rendered again cannot be kept");
         }

@@ -9,7 +9,7 @@ use super::backend::{disk, until_possible};
 use super::canvas::Canvas;
 use super::files::frame_name;
 use super::finish::{Coded, JobFiles, code};
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::record::{JobSpec, Record};
 use super::registry::pixel_bytes;
 use super::rendering::tiles_of;
@@ -24,12 +24,13 @@ use crate::service::scenes::sent_scene::{Form, SentScene};
 use crate::service::scheduler::pool::Workers;
 use crate::service::sequences::report::FrameReport;
 use crate::service::sequences::text::split;
+use parking_lot::Mutex;
 use serde_json::json;
 use serde_json::value::RawValue;
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 use std::vec;
@@ -94,7 +95,7 @@ pub(super) fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     let at_once =
         1 + (1..lanes(jobs, job, farm)).take_while(|more| share.grow(bytes + of_frame * more).is_ok()).count();
     let rendering = Instant::now();
-    *locked(&job.begun) = Some(rendering);
+    *job.begun.lock() = Some(rendering);
     let film = Film {
         jobs,
         job,
@@ -116,7 +117,7 @@ impl Film<'_> {
     /// Renders all frames that are not there, so many at a time.
     fn all(&self, at_once: usize) -> Result<(), Stopped> {
         let missing = Mutex::new(self.take_up()?.into_iter());
-        *locked(&self.job.tiling) = Some((Instant::now(), self.job.work_done()));
+        *self.job.tiling.lock() = Some((Instant::now(), self.job.work_done()));
         let (traced, to_write) = sync_channel(0);
         thread::scope(|scope| {
             let writer = scope.spawn(|| self.write(to_write));
@@ -140,7 +141,7 @@ impl Film<'_> {
         traced: &SyncSender<Traced>,
         at_once: usize,
     ) -> Result<(), Stopped> {
-        let next = || locked(missing).next();
+        let next = || missing.lock().next();
         while let Some(number) = next() {
             let frame = self.trace(number, at_once).inspect_err(|why| self.give_up(number, why))?;
             // It fails if the writer has stopped, which has stopped the job.
@@ -188,7 +189,7 @@ impl Film<'_> {
         let Self { jobs, job, farm, workers, sequence, base, spec, edge, began, ref pool } = *self;
         let overrides: &Overrides = &spec.settings;
         let frame = sequence.frame(number);
-        let alone = locked(pool);
+        let alone = pool.lock();
         let ready = when_there_is_room(job, || jobs.cache.frame(workers, base, frame, overrides, &|_| Ok(())));
         let ready = ready.map_err(|error| job.why_stopped_or(error.into()))?;
         let rendering = job.begin_picture(Some(number));
@@ -197,15 +198,15 @@ impl Film<'_> {
             drop(alone);
         } else {
             let tenant = job.record().tenant.clone();
-            let share = || locked(&jobs.registry).share(&tenant) / at_once as f64;
+            let share = || jobs.registry.lock().share(&tenant) / at_once as f64;
             let mut backend = backend(jobs, farm, &share);
             recover(job, &rendering, &mut *backend)?;
             let alone = (!backend.is_elsewhere()).then_some(alone);
             tiles(job, &rendering, &ready, workers, &mut *backend)?;
             drop(alone);
         }
-        let canvas = locked(&rendering.canvas).take().ok_or_else(|| job.why_stopped())?;
-        let _alone = locked(pool);
+        let canvas = rendering.canvas.lock().take().ok_or_else(|| job.why_stopped())?;
+        let _alone = pool.lock();
         let cell = cell(sequence.count(), [ready.scene.width, ready.scene.height]);
         let preview = |canvas: &Canvas| small(&canvas.picture.film, cell);
         let coded = code(canvas, preview, &ready, spec, workers, began).map_err(|Cancelled| job.why_stopped())?;
@@ -263,7 +264,7 @@ impl Film<'_> {
 fn lanes(jobs: &Jobs, job: &Job, farm: Option<&Arc<Farm>>) -> u64 {
     let Some(farm) = farm else { return 1 };
     let record = job.record().clone();
-    let slots = f64::from(farm.nodes.slots()) * locked(&jobs.registry).share(&record.tenant);
+    let slots = f64::from(farm.nodes.slots()) * jobs.registry.lock().share(&record.tenant);
     ((2.0 * slots / tiles_of(&record) as f64).ceil() as u64).clamp(1, MOST_AT_ONCE)
 }
 

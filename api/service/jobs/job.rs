@@ -6,9 +6,10 @@ use super::rendering::{Rendering, tiles_of};
 use super::tile_order::REMEMBERED;
 use super::waiters::Waiters;
 use crate::service::error::Error;
+use parking_lot::{Mutex, MutexGuard};
 use serde_json::json;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use strahl::film::{Film, Region};
 use strahl::render::Control;
@@ -130,7 +131,7 @@ impl Job {
 
     /// Locks its record.
     pub(crate) fn record(&self) -> MutexGuard<'_, Record> {
-        locked(&self.record)
+        self.record.lock()
     }
 
     /// Its record and the revision of that.
@@ -157,32 +158,32 @@ impl Job {
 
     /// What stops its render.
     pub(super) fn control(&self) -> Control {
-        locked(&self.control).clone()
+        self.control.lock().clone()
     }
 
     /// As if no process had begun to render it.
     pub(super) fn reset(&self) {
-        *locked(&self.control) = Control::default();
-        *locked(&self.stopped) = None;
-        *locked(&self.begun) = None;
-        *locked(&self.tiling) = None;
+        *self.control.lock() = Control::default();
+        *self.stopped.lock() = None;
+        *self.begun.lock() = None;
+        *self.tiling.lock() = None;
     }
 
     /// From now on it shows this picture, or frame, of which nothing is done.
     pub(super) fn begin_picture(&self, frame: Option<u32>) -> Arc<Rendering> {
         let rendering = Arc::new(Rendering::of(&self.record(), frame));
-        *locked(&self.rendering) = Some(Arc::clone(&rendering));
+        *self.rendering.lock() = Some(Arc::clone(&rendering));
         rendering
     }
 
     /// The picture that is being rendered.
     pub(super) fn rendering(&self) -> Option<Arc<Rendering>> {
-        locked(&self.rendering).clone()
+        self.rendering.lock().clone()
     }
 
     /// It is not rendered any more.
     pub(super) fn end_picture(&self) {
-        *locked(&self.rendering) = None;
+        *self.rendering.lock() = None;
     }
 
     /// Notes how far the front that renders it has come.
@@ -192,7 +193,7 @@ impl Job {
             self.rays.store(rays, Ordering::Relaxed);
         }
         if let Some(eta) = eta_ms {
-            *locked(&self.eta) = Some((eta, Instant::now()));
+            *self.eta.lock() = Some((eta, Instant::now()));
         }
         self.hear_preview(revision);
     }
@@ -211,7 +212,7 @@ impl Job {
 
     /// Forgets what a job that has ended needs no more: its events.
     pub(super) fn rest(&self) {
-        *locked(&self.early_looks) = Vec::new();
+        *self.early_looks.lock() = Vec::new();
         self.events.forget();
     }
 
@@ -229,14 +230,14 @@ impl Job {
     pub(crate) fn progress(&self) -> Progress {
         let total = self.total;
         let done = if self.record().state == State::Succeeded { total } else { self.done.load(Ordering::Relaxed) };
-        let begun = (*locked(&self.begun)).map(|begun| begun.elapsed().as_secs_f64() * 1e3);
+        let begun = (*self.begun.lock()).map(|begun| begun.elapsed().as_secs_f64() * 1e3);
         let worked = self.work_done();
-        let tiling = (*locked(&self.tiling))
+        let tiling = (*self.tiling.lock())
             .map(|(since, before)| Tiling { done: worked - before, ms: since.elapsed().as_secs_f64() * 1e3 });
         let estimate_ms = self.record().estimate_ms;
         // More rays than estimated leave little, but something, to do.
         let left = (total as f64 - worked).max(0.1 * total.saturating_sub(done) as f64);
-        let told = *locked(&self.eta);
+        let told = *self.eta.lock();
         let eta_ms = begun
             .map(|begun| eta_ms(estimate_ms, begun, tiling, total as f64, left))
             .or_else(|| told.map(|(eta, then)| (eta - then.elapsed().as_secs_f64() * 1e3).max(0.0)));
@@ -246,12 +247,12 @@ impl Job {
     /// Renders the tiles of a region next, since a client has asked for it.
     pub(crate) fn look(&self, region: Region) {
         if let Some(rendering) = self.rendering()
-            && let Some(order) = &mut *locked(&rendering.order)
+            && let Some(order) = &mut *rendering.order.lock()
         {
             order.look(region);
             return;
         }
-        let mut early = locked(&self.early_looks);
+        let mut early = self.early_looks.lock();
         if early.len() < REMEMBERED {
             early.push(region);
         }
@@ -298,12 +299,12 @@ impl Job {
 
     /// Why it was stopped, or else why it has failed.
     pub(super) fn why_stopped_or(&self, otherwise: Stopped) -> Stopped {
-        locked(&self.stopped).clone().unwrap_or(otherwise)
+        self.stopped.lock().clone().unwrap_or(otherwise)
     }
 
     /// Stops the render, for the first reason given.
     pub(super) fn stop(&self, why: Stopped) {
-        locked(&self.stopped).get_or_insert(why);
+        self.stopped.lock().get_or_insert(why);
         self.control().cancel();
     }
 }
@@ -338,11 +339,6 @@ fn eta_ms(estimate_ms: f64, begun: f64, tiling: Option<Tiling>, total: f64, left
     }
 }
 
-/// Locks a mutex. A panic of another thread cannot leave the values of this module half-written.
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::record::JobSpec;
@@ -375,8 +371,8 @@ mod tests {
         let size = Record { width: 100, height: 100, edge: 10, ..Record::new(spec) };
         let job = Job::new(Record { estimate_ms: 20_000.0, estimate_rays: 1_000_000, ..size }, 1, None);
         let ago = |ms: u64| Instant::now().checked_sub(Duration::from_millis(ms)).unwrap();
-        *locked(&job.begun) = Some(ago(14_000));
-        *locked(&job.tiling) = Some((ago(14_000), 0.0));
+        *job.begun.lock() = Some(ago(14_000));
+        *job.tiling.lock() = Some((ago(14_000), 0.0));
         job.done.store(18, Ordering::Relaxed);
         job.rays.store(600_000, Ordering::Relaxed);
         let eta = job.progress().eta_ms.unwrap();

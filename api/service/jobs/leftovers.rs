@@ -3,7 +3,7 @@
 
 use super::Jobs;
 use super::event_log::before_life;
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::record::{Record, State, now};
 use std::io;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ impl Jobs {
     pub(super) fn remove_leftovers(&self) {
         let Some(front) = self.records.front() else { return };
         let is_due = |job: &&Arc<Job>| {
-            let left = *locked(&job.left);
+            let left = *job.left.lock();
             let record = job.record();
             let is_ours = |of: &str| of == front || !self.records.is_alive(of);
             record.state.is_final()
@@ -47,7 +47,7 @@ impl Jobs {
                 && left.is_some_and(|left| left.elapsed() >= GRACE)
         };
         let due: Vec<_> = {
-            let registry = locked(&self.registry);
+            let registry = self.registry.lock();
             registry.jobs.values().chain(registry.leaving.values()).filter(is_due).map(Arc::clone).collect()
         };
         for job in due {
@@ -69,7 +69,7 @@ impl Jobs {
     /// Removes the files of a job that no job needs. Who needs one from now on puts it there again.
     fn remove_unneeded(&self, record: &Record) {
         let (scene, pictures) = {
-            let registry = locked(&self.registry);
+            let registry = self.registry.lock();
             let mut pictures = record.picture_names();
             pictures.retain(|name| !registry.pictures.has(name));
             (!registry.scenes.has(&record.spec.scene), pictures)
@@ -82,7 +82,7 @@ impl Jobs {
 
     /// The record of a job is gone.
     pub(super) fn vanished(&self, id: &str) {
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         registry.leaving.remove(id);
         let Some(job) = registry.remove(id) else { return };
         let record = job.record().clone();

@@ -51,15 +51,16 @@ use crate::service::scheduler::pool::Pool;
 use crate::service::storage::folder::Folder;
 use event_log::EventPublisher;
 use files::Files;
-use job::{Stopped, locked};
+use job::Stopped;
 use outbox::{DeliveryKind, DeliveryState};
+use parking_lot::Mutex;
 use record::{Record, State};
 use records::Records;
 use registry::Registry;
 use shared::Shared;
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use store::Store;
 use tokio::sync::{Notify, watch};
@@ -205,7 +206,7 @@ impl Jobs {
 
     /// Stops a job. False if it had already ended.
     pub(crate) fn cancel(&self, job: &Arc<Job>) -> io::Result<bool> {
-        if locked(&self.registry).is_open(job) {
+        if self.registry.lock().is_open(job) {
             let running = !job.record().state.is_final();
             job.stop(Stopped::Canceled);
             return Ok(running);
@@ -232,13 +233,13 @@ impl Jobs {
         }
         {
             // From here on no change writes the record again.
-            let _turn = locked(&job.changing);
+            let _turn = job.changing.lock();
             self.records.remove(&[Arc::clone(job)])?;
             job.forgotten.store(true, Ordering::SeqCst);
         }
         self.cancel(job)?;
         let is_open = {
-            let mut registry = locked(&self.registry);
+            let mut registry = self.registry.lock();
             let is_open = registry.is_open(job);
             if is_open {
                 let id = job.record().id.clone();
@@ -255,7 +256,7 @@ impl Jobs {
 
     /// Opens no more jobs, and suspends open ones if another process can go on with them.
     pub(crate) fn close(&self) {
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         registry.closing = true;
         if self.limits.durable {
             registry.open.iter().for_each(|job| job.stop(Stopped::Suspended));
@@ -270,7 +271,7 @@ impl Jobs {
 
     /// Opens waiting jobs while there is room for more.
     fn open_next(self: &Arc<Self>) {
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         while let Some(at) = registry.next_to_open(&self.limits, |record| self.is_for_others(record)) {
             let job = registry.queued.swap_remove(at);
             registry.open.push(Arc::clone(&job));
@@ -303,7 +304,7 @@ impl Jobs {
     }
 
     fn closed(self: &Arc<Self>, job: &Arc<Job>) {
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         registry.close(job);
         let record = job.record();
         if record.state == State::Succeeded && record.stats.tiles_recovered == 0 && record.estimate_ms >= TELLING {

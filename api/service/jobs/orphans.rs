@@ -3,7 +3,6 @@
 
 use super::Jobs;
 use super::files::{job_of, picture_of};
-use super::job::locked;
 use super::registry::Registry;
 use crate::service::storage::disk;
 use std::time::Duration;
@@ -11,7 +10,7 @@ use std::time::Duration;
 impl Jobs {
     /// At the start: removes those that are too old, and says how many others there are.
     pub(super) fn check_orphans(&self) {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let is_final = |id: &str| registry.jobs.get(id).is_some_and(|job| job.record().state.is_final());
         self.files
             .all_tiles()

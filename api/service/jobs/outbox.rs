@@ -5,7 +5,7 @@
 //! name is in the record makes the attempt; if it is gone another one does.
 
 use super::Jobs;
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::{Record, State, now};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -124,7 +124,7 @@ impl Record {
 impl Jobs {
     /// Jobs that have ended and have something to deliver, which no other front is about.
     pub(crate) fn outgoing(&self) -> Vec<Arc<Job>> {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let is_free =
             |job: &&Arc<Job>| job.record().next_delivery().is_some_and(|(_, delivery)| self.is_free(delivery));
         registry.outgoing.iter().filter_map(|id| registry.jobs.get(id)).filter(is_free).map(Arc::clone).collect()

@@ -1,7 +1,7 @@
 //! Queries about jobs.
 
 use super::files::frame_name;
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::{JobSpec, Record, State, is_job_id};
 use super::registry::{estimate, rank, remaining};
 use super::{Jobs, canvas};
@@ -23,7 +23,7 @@ const DECODED_BYTES: u64 = 16;
 impl Jobs {
     /// A job.
     pub(crate) fn find(&self, id: &str) -> Option<Arc<Job>> {
-        locked(&self.registry).jobs.get(id).map(Arc::clone)
+        self.registry.lock().jobs.get(id).map(Arc::clone)
     }
 
     /// A job, also one that another front has accepted a moment ago. An error says that it is not known whether there is one.
@@ -45,7 +45,7 @@ impl Jobs {
 
     /// What a job with this scene id renders, if there is one: of an owner, or of anybody.
     pub(crate) fn spec_of(&self, scene_id: &str, owner: Option<&str>) -> Option<JobSpec> {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let same = |job: &Arc<Job>| {
             let record = job.record();
             let same = record.scene_id.as_deref() == Some(scene_id)
@@ -58,7 +58,7 @@ impl Jobs {
 
     /// The SHA-256 of all assets that jobs may need.
     pub(crate) fn assets(&self) -> HashSet<String> {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let needed = |job: &Arc<Job>| {
             let record = job.record();
             if record.needs_scene() { record.assets.clone() } else { Vec::new() }
@@ -75,7 +75,7 @@ impl Jobs {
                 "the broker of the farm does not answer, so it is not known whether a job needs the asset".into();
             return Err(Error::Busy { detail, retry_after: 2 });
         }
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let needs = |job: &Arc<Job>| {
             let record = job.record();
             let is_needed = record.tenant == tenant && record.assets.iter().any(|asset| asset == hash);
@@ -87,30 +87,30 @@ impl Jobs {
     /// The picture of a job that shows this whole image in this format.
     pub(crate) fn picture_of(&self, image_id: &str, format: FileFormat) -> Option<PictureFile> {
         let name = PictureSpec::plain(None, format).name(&image_id);
-        let is_of_a_job = locked(&self.registry).pictures.has(&name);
+        let is_of_a_job = self.registry.lock().pictures.has(&name);
         is_of_a_job.then(|| self.read_picture(&name).ok())??
     }
 
     /// Whether some job has that picture.
     pub(crate) fn has_picture(&self, image_id: &str, format: FileFormat) -> bool {
-        locked(&self.registry).pictures.has(&PictureSpec::plain(None, format).name(&image_id))
+        self.registry.lock().pictures.has(&PictureSpec::plain(None, format).name(&image_id))
     }
 
     /// Jobs older than `before` that are `wanted`, the newest first.
     pub(crate) fn list(&self, before: Option<&str>, limit: usize, wanted: impl Fn(&Record) -> bool) -> Vec<Arc<Job>> {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let older = registry.jobs.range::<str, _>((Bound::Unbounded, before.map_or(Bound::Unbounded, Bound::Excluded)));
         older.rev().map(|(_, job)| job).filter(|job| wanted(&job.record())).take(limit).map(Arc::clone).collect()
     }
 
     /// A channel that changes when jobs come and go.
     pub(crate) fn changes(&self) -> watch::Receiver<u64> {
-        locked(&self.registry).changes.subscribe()
+        self.registry.lock().changes.subscribe()
     }
 
     /// Position of a waiting job among those of its tenant, from 1, and estimated milliseconds until it is done.
     pub(crate) fn place(&self, job: &Arc<Job>) -> Option<(usize, f64)> {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         let now = Instant::now();
         let mine = rank(job, now);
         let tenant = job.record().tenant.clone();
@@ -132,20 +132,20 @@ impl Jobs {
         // A job that has ended waits for nothing: its record is written before it says so.
         let waits_for_disk = |job: &Arc<Job>| job.waits.load(Ordering::Relaxed) && !job.record().state.is_final();
         // In a farm other fronts take them, and the broker and the store say for themselves whether they answer.
-        let waits = || !self.files.shared && locked(&self.registry).open.iter().any(waits_for_disk);
+        let waits = || !self.files.shared && self.registry.lock().open.iter().any(waits_for_disk);
         let files = [&self.folders_are_gone, &self.files_fail];
         self.records.is_failing() || files.into_iter().any(|fails| fails.load(Ordering::Relaxed)) || waits()
     }
 
     /// Numbers of waiting jobs and of jobs that are worked on.
     pub(crate) fn counts(&self) -> (usize, usize) {
-        let registry = locked(&self.registry);
+        let registry = self.registry.lock();
         (registry.queued.len(), registry.running().count())
     }
 
     /// The states of all jobs.
     pub(crate) fn by_state(&self) -> Vec<State> {
-        locked(&self.registry).jobs.values().map(|job| job.record().state).collect()
+        self.registry.lock().jobs.values().map(|job| job.record().state).collect()
     }
 
     /// Time spent on jobs that were canceled or have failed.

@@ -2,10 +2,9 @@
 
 use super::canvas::Canvas;
 use super::files::frame_name;
-use super::job::locked;
 use super::record::Record;
 use super::tile_order::{TileOrder, overlap};
-use std::sync::Mutex;
+use parking_lot::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use strahl::film::{Film, Region};
 
@@ -36,24 +35,24 @@ impl Rendering {
     /// A region, if all of it is finished.
     pub(super) fn finished_part(&self, region: Region) -> Option<Film> {
         let is_done = |(tile, done): &(Region, AtomicBool)| !overlap(*tile, region) || done.load(Ordering::Acquire);
-        let canvas = locked(&self.canvas);
+        let canvas = self.canvas.lock();
         canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
     }
 
     /// The small picture of it.
     pub(super) fn preview(&self) -> Option<Film> {
-        locked(&self.canvas).as_ref().map(|canvas| canvas.preview.clone())
+        self.canvas.lock().as_ref().map(|canvas| canvas.preview.clone())
     }
 
     /// Takes the next tile.
     pub(super) fn next(&self) -> Option<(u32, Region)> {
-        let next = locked(&self.order).as_mut().and_then(TileOrder::next);
+        let next = self.order.lock().as_mut().and_then(TileOrder::next);
         next.map(|(number, region)| (number as u32, region))
     }
 
     /// Pixels of the tiles to come.
     pub(super) fn pixels_left(&self) -> u64 {
-        locked(&self.order).as_ref().map_or(0, TileOrder::pixels_left)
+        self.order.lock().as_ref().map_or(0, TileOrder::pixels_left)
     }
 }
 

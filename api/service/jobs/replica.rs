@@ -3,7 +3,7 @@
 
 use super::event_log::Event;
 use super::files::Files;
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::{Record, State};
 use super::registry::Registry;
 use super::shared::Shared;
@@ -74,7 +74,7 @@ impl Jobs {
         runtime.spawn({
             let (jobs, fronts) = (Arc::clone(&jobs), shared.fronts.clone());
             fronts.clone().live(move || {
-                locked(&jobs.registry).line_up_orphans(|front| fronts.is_alive(front));
+                jobs.registry.lock().line_up_orphans(|front| fronts.is_alive(front));
                 jobs.open_next();
                 // A front that is gone may have been about to deliver something.
                 jobs.bell.notify_one();
@@ -135,14 +135,14 @@ impl Jobs {
             News::All(keys) => {
                 let ids: HashSet<&str> = keys.iter().map(|key| id_of(key)).collect();
                 let gone: Vec<String> = {
-                    let mut registry = locked(&self.registry);
+                    let mut registry = self.registry.lock();
                     registry.loading = false;
                     let all = registry.jobs.keys().chain(registry.leaving.keys());
                     all.filter(|id| !ids.contains(id.as_str())).cloned().collect()
                 };
                 gone.iter().for_each(|id| self.vanished(id));
                 // What led to the ends of those jobs is not heard any more.
-                let known: Vec<_> = locked(&self.registry).jobs.values().map(Arc::clone).collect();
+                let known: Vec<_> = self.registry.lock().jobs.values().map(Arc::clone).collect();
                 known.iter().for_each(|job| self.tell_end(job, true));
                 self.open_next();
             }
@@ -151,7 +151,7 @@ impl Jobs {
 
     fn hear_record(self: &Arc<Self>, record: Record, revision: u64) {
         let known = {
-            let registry = locked(&self.registry);
+            let registry = self.registry.lock();
             registry.jobs.get(&record.id).or_else(|| registry.leaving.get(&record.id)).map(Arc::clone)
         };
         let of = |job: &Arc<Job>| {
@@ -160,7 +160,7 @@ impl Jobs {
         };
         let state = known.as_ref().map(of);
         let job = known.unwrap_or_else(|| {
-            locked(&self.registry).find_or_add(record.clone(), revision, self.publisher(), &self.files)
+            self.registry.lock().find_or_add(record.clone(), revision, self.publisher(), &self.files)
         });
         let is_other = state != Some((record.state, record.front.clone()));
         self.adopt(&job, record, revision);
@@ -173,7 +173,7 @@ impl Jobs {
     fn hear_event(&self, id: &str, event: SentEvent<'_>) {
         let Some(job) = self.find(id) else { return };
         let Some(name) = NAMES.into_iter().find(|name| *name == event.name) else { return };
-        let is_here = locked(&self.registry).is_open(&job);
+        let is_here = self.registry.lock().is_open(&job);
         if is_here || (job.record().state.is_final() && event.seq <= job.events.last()) {
             return;
         }
@@ -210,11 +210,11 @@ impl Jobs {
             return;
         }
         let is_late = |job: &&Arc<Job>| {
-            let left = *locked(&job.left);
+            let left = *job.left.lock();
             let Record { last_event: seq, state, .. } = *job.record();
             state.is_final() && seq > Some(job.events.last()) && left.is_some_and(|left| left.elapsed() >= LATE)
         };
-        let late: Vec<_> = locked(&self.registry).jobs.values().filter(is_late).map(Arc::clone).collect();
+        let late: Vec<_> = self.registry.lock().jobs.values().filter(is_late).map(Arc::clone).collect();
         late.iter().for_each(|job| self.tell_end(job, true));
     }
 }

@@ -6,7 +6,7 @@
 
 use super::Jobs;
 use super::disk_shares::{DiskShares, Kinds};
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::record::{Failure, Record, State};
 use super::registry::Registry;
 use crate::service::ANONYMOUS;
@@ -27,7 +27,7 @@ impl Jobs {
     /// Called once a second: stops jobs that run too long, and deletes what is too old or too much.
     pub(crate) fn tick(&self) {
         let now = self.records.time();
-        let is_empty = locked(&self.registry).jobs.is_empty();
+        let is_empty = self.registry.lock().jobs.is_empty();
         let is_due = !is_empty && now >= self.time_kept.load(Ordering::Relaxed) + TIME_KEPT;
         // Records that could not be written tell by this when they can be again.
         if is_due || self.records.is_failing() {
@@ -46,10 +46,10 @@ impl Jobs {
         }
         let (mut expired, mut forgotten) = (Vec::new(), Vec::new());
         {
-            let registry = locked(&self.registry);
+            let registry = self.registry.lock();
             let mut ended: HashMap<String, usize> = HashMap::new();
             for job in &registry.open {
-                let begun = *locked(&job.begun);
+                let begun = *job.begun.lock();
                 if begun.is_some_and(|begun| begun.elapsed() > self.limits.job_timeout) {
                     let seconds = self.limits.job_timeout.as_secs_f64();
                     let detail = format!("the job was not done after {seconds} s (job_timeout)");
@@ -112,7 +112,7 @@ impl Jobs {
         if tenant == ANONYMOUS || self.files.scenes.bytes() + bytes <= budget / 2 {
             return true;
         }
-        let shares = DiskShares::of(&locked(&self.registry), &self.files, Kinds::Scenes, budget, None);
+        let shares = DiskShares::of(&self.registry.lock(), &self.files, Kinds::Scenes, budget, None);
         bytes <= shares.room_for_waiting(tenant)
     }
 
@@ -126,7 +126,7 @@ impl Jobs {
     /// Deletes pictures, those of the tenant that has most first, until `is_enough`. False if it never is.
     fn expire_until(&self, shares: impl Fn(&Registry) -> DiskShares, is_enough: impl Fn(&Registry) -> bool) -> bool {
         let mut shares = {
-            let registry = locked(&self.registry);
+            let registry = self.registry.lock();
             if is_enough(&registry) || (self.remove_orphans(&registry, Duration::ZERO).0 > 0 && is_enough(&registry)) {
                 return true;
             }
@@ -135,7 +135,7 @@ impl Jobs {
         while let Some(job) = shares.next() {
             tracing::info!(job = job.record().id, "a picture is deleted to make room (data_bytes)");
             self.expire(&job);
-            if is_enough(&locked(&self.registry)) {
+            if is_enough(&self.registry.lock()) {
                 return true;
             }
         }
@@ -173,7 +173,7 @@ impl Jobs {
     pub(super) fn drop_all(&self, jobs: &[Arc<Job>]) {
         let ids: Vec<String> = jobs.iter().map(|job| job.record().id.clone()).collect();
         self.files.remove_tiles_of(&ids);
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         for id in ids {
             let Some(job) = registry.remove(&id) else { continue };
             let record = job.record().clone();

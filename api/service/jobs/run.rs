@@ -3,7 +3,7 @@
 use super::backend::{Backend, Local, Remote, disk, scene_of, until_possible};
 use super::canvas::Canvas;
 use super::finish::code;
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::record::{Failure, JobSpec, Record, State};
 use super::registry::pixel_bytes;
 use super::rendering::Rendering;
@@ -20,10 +20,11 @@ use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scenes::sent_scene::{Form, SentScene};
 use crate::service::scheduler::pool::Workers;
 use crate::service::scheduler::task::{Class, Task};
+use parking_lot::Mutex;
 use serde_json::json;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
@@ -137,9 +138,9 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         whole(job, &rendering, &ready, spec.output, &workers, began).map_err(|Cancelled| job.why_stopped())?;
     } else {
         let tenant = job.record().tenant.clone();
-        let slots = || locked(&jobs.registry).share(&tenant);
+        let slots = || jobs.registry.lock().share(&tenant);
         let mut backend = backend(jobs, farm, &slots);
-        *locked(&job.begun) = Some(rendering_since);
+        *job.begun.lock() = Some(rendering_since);
         recover(job, &rendering, &mut *backend)?;
         if job.done.load(Ordering::Relaxed) > 0 {
             tiles(job, &rendering, &ready, &workers, &mut *backend)?;
@@ -162,7 +163,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     job.record().stats.render_ms = milliseconds(rendering_since);
 
     let encoding = Instant::now();
-    let canvas = locked(&rendering.canvas).take().ok_or_else(|| job.why_stopped())?;
+    let canvas = rendering.canvas.lock().take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
     let entered = job.control().enter();
     let preview = |canvas: &Canvas| canvas.preview.clone();
@@ -233,13 +234,13 @@ pub(super) fn whole(
     workers: &Workers,
     began: Instant,
 ) -> Result<(), Cancelled> {
-    *locked(&job.begun) = Some(Instant::now());
+    *job.begun.lock() = Some(Instant::now());
     let Scene { width, height, .. } = ready.scene;
     let (window, region) = (Window::whole(width, height), Region::whole(width, height));
-    *locked(&rendering.canvas) = Some(Canvas::of_preview(width, height));
+    *rendering.canvas.lock() = Some(Canvas::of_preview(width, height));
     let mut pass = 0;
     let mut show = |film: Film, distance: u32| {
-        if let Some(canvas) = &mut *locked(&rendering.canvas) {
+        if let Some(canvas) = &mut *rendering.canvas.lock() {
             canvas.fill(&film, 0);
         }
         pass += 1;
@@ -249,7 +250,7 @@ pub(super) fn whole(
     let (picture, ()) = trace(ready, &window, region, output, began, workers, &job.control(), watcher, |_| ())?;
     let rays = picture.rays.total();
     job.rays.fetch_add(rays, Ordering::Relaxed);
-    *locked(&rendering.canvas) = Some(Canvas::of(picture));
+    *rendering.canvas.lock() = Some(Canvas::of(picture));
     rendering.tiles[0].1.store(true, Ordering::Release);
     job.done.fetch_add(1, Ordering::Relaxed);
     Ok(())
@@ -276,11 +277,11 @@ pub(super) fn recover(job: &Job, rendering: &Rendering, backend: &mut dyn Backen
     let regions = tiles.iter().map(|(region, _)| *region).collect();
     let is_done = |number: usize| tiles[number].1.load(Ordering::Relaxed);
     let mut order = TileOrder::new(regions, Region::whole(width, height), is_done);
-    let mut current = locked(&rendering.order);
-    locked(&job.early_looks).drain(..).for_each(|look| order.look(look));
+    let mut current = rendering.order.lock();
+    job.early_looks.lock().drain(..).for_each(|look| order.look(look));
     *current = Some(order);
     drop(current);
-    *locked(&rendering.canvas) = Some(canvas);
+    *rendering.canvas.lock() = Some(canvas);
     Ok(())
 }
 
@@ -294,9 +295,9 @@ fn passes(
     edge: u32,
 ) -> Result<(), Cancelled> {
     let scene = &ready.scene;
-    let last = locked(&rendering.canvas).as_ref().map_or(1, |canvas| canvas.level().max(1));
+    let last = rendering.canvas.lock().as_ref().map_or(1, |canvas| canvas.level().max(1));
     for (level, pass) in (last..last + PASSES).rev().zip(1..) {
-        let is_looked_at = || locked(&rendering.order).as_ref().is_some_and(TileOrder::is_looked_at);
+        let is_looked_at = || rendering.order.lock().as_ref().is_some_and(TileOrder::is_looked_at);
         if is_looked_at() || (level == last && !job.is_watched()) {
             break;
         }
@@ -315,7 +316,7 @@ fn passes(
         if !is_done {
             break;
         }
-        if let Some(canvas) = &mut *locked(&rendering.canvas) {
+        if let Some(canvas) = &mut *rendering.canvas.lock() {
             canvas.fill(&coarse, level);
         }
         job.publish_preview(pass, 1 << level);
@@ -332,14 +333,14 @@ pub(super) fn tiles(
     backend: &mut dyn Backend,
 ) -> Result<(), Stopped> {
     let beginning = (Instant::now(), job.work_done());
-    locked(&job.tiling).get_or_insert(beginning);
+    job.tiling.lock().get_or_insert(beginning);
     let reported = Mutex::default();
     backend.render(job, rendering, ready, workers, &|tile| show(job, rendering, tile, &reported))
 }
 
 /// Puts a finished tile onto the canvas, and publishes events.
 fn show(job: &Job, rendering: &Rendering, tile: &Tile, reported: &Mutex<Option<Instant>>) {
-    if let Some(canvas) = &mut *locked(&rendering.canvas) {
+    if let Some(canvas) = &mut *rendering.canvas.lock() {
         canvas.finish(&tile.picture);
     }
     rendering.tiles[tile.number as usize].1.store(true, Ordering::Release);
@@ -352,7 +353,7 @@ fn show(job: &Job, rendering: &Rendering, tile: &Tile, reported: &Mutex<Option<I
         data["frame"] = frame.into();
     }
     job.events.publish("tile", data);
-    let mut reported = locked(reported);
+    let mut reported = reported.lock();
     if reported.is_none_or(|reported| reported.elapsed() >= BETWEEN_REPORTS) || done == job.total {
         let progress = job.progress();
         job.events.publish(

@@ -3,13 +3,14 @@
 //! redb rather than SQLite: keys and values are enough, it is plain Rust, so that the static binary needs no C, and it builds
 //! in seconds.
 
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::Record;
 use super::records::Records;
 use crate::service::clock::RunTime;
 use crate::service::error::{StartError, panic_text};
 use crate::service::storage::disk::{self, DatabaseFile};
 use crate::service::storage::revisions::Refused;
+use parking_lot::Mutex;
 use redb::{Database, ReadableDatabase, ReadableTable, StorageError, TableDefinition};
 use std::cell::Cell;
 use std::fs;
@@ -17,7 +18,7 @@ use std::io;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, Once};
+use std::sync::{Arc, Once};
 
 /// Milliseconds that services have run on the folder.
 const TIME: TableDefinition<'_, (), u64> = TableDefinition::new("time");
@@ -99,7 +100,7 @@ impl Store {
         &self,
         change: impl FnOnce(&mut redb::Table<'_, &'static str, &'static [u8]>) -> Result<(), StorageError>,
     ) -> io::Result<()> {
-        let mut open = locked(&self.database);
+        let mut open = self.database.lock();
         let changed = caught(|| {
             let database = match open.take() {
                 Some(database) => database,

@@ -4,7 +4,7 @@ use super::Jobs;
 use super::disk_shares::{DiskShares, Kinds};
 use super::event_log::EventPublisher;
 use super::files::Files;
-use super::job::{Job, locked};
+use super::job::Job;
 use super::record::{Idempotency, Record, State, Stats};
 use super::registry::{Registry, Unfinished, estimate, memory_of, remaining};
 use super::retention::disk_of;
@@ -50,7 +50,7 @@ pub(crate) struct Claim {
 impl Drop for Claim {
     fn drop(&mut self) {
         let key = (self.tenant.clone(), self.idempotency.key.clone());
-        let mut registry = locked(&self.jobs.registry);
+        let mut registry = self.jobs.registry.lock();
         if registry.keys.get(&key).is_some_and(Option::is_none) {
             registry.keys.remove(&key);
         }
@@ -65,7 +65,7 @@ impl Jobs {
     pub(crate) fn claim(self: &Arc<Self>, tenant: &str, idempotency: Idempotency) -> Result<Claim, KeyUse> {
         let place = (tenant.to_owned(), idempotency.key.clone());
         {
-            let mut registry = locked(&self.registry);
+            let mut registry = self.registry.lock();
             match registry.keys.get(&place) {
                 Some(None) => return Err(KeyUse::Pending),
                 Some(Some(_)) => {
@@ -86,7 +86,7 @@ impl Jobs {
             Err(error) => return Err(KeyUse::Unknown(error)),
         }
         // Another front may have had the key before, and then its job is here by now.
-        let known = locked(&self.registry).use_of(&place, &claim.idempotency);
+        let known = self.registry.lock().use_of(&place, &claim.idempotency);
         known.map_or(Ok(claim), Err)
     }
 
@@ -129,15 +129,15 @@ impl Jobs {
         if is_new && made.is_none() && !self.may_wait_with(&record.tenant, bytes) {
             let detail = "the scenes of your jobs that wait take half of the disk space that other tenants leave \
                           (data_bytes): submit more when some have ended";
-            let retry_after = locked(&self.registry).seconds_for_a_tenth();
+            let retry_after = self.registry.lock().seconds_for_a_tenth();
             return Err(Error::TenantBusy { detail: detail.into(), retry_after });
         }
         if is_new && !self.make_room_for_scene(&record.tenant, bytes) {
             let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
-            return Err(Error::Busy { detail, retry_after: locked(&self.registry).seconds_for_a_tenth() });
+            return Err(Error::Busy { detail, retry_after: self.registry.lock().seconds_for_a_tenth() });
         }
         {
-            let mut registry = locked(&self.registry);
+            let mut registry = self.registry.lock();
             let retry_after = registry.seconds_for_a_tenth();
             if made.is_none() {
                 self.check_unfinished(registry.unfinished(&record.tenant), most, retry_after)?;
@@ -162,7 +162,7 @@ impl Jobs {
         let kept = if is_kept { Ok(()) } else { files.scenes.put(&scene, b"", text) };
         let kept = kept.and_then(|()| made.map_or(Ok(()), |made| self.reuse_picture(&mut record, made)));
         let kept = kept.map_err(Refused::Failed).and_then(|()| self.keep_new(&record, claim));
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         let added = kept.map(|revision| registry.find_or_add(record.clone(), revision, self.publisher(), files));
         let before = registry.submitting.remove(&record.id).flatten();
         // The job itself has been counted.
@@ -207,7 +207,7 @@ impl Jobs {
             claim.revision.store(renewed.ok_or(Refused::Changed)?, Ordering::Relaxed);
         }
         if self.records.front().is_some() {
-            locked(&self.registry).submitting.insert(record.id.clone(), None);
+            self.registry.lock().submitting.insert(record.id.clone(), None);
         }
         self.records.create(record)
     }

@@ -2,7 +2,7 @@
 //! written where records live, and is written against the record as it was.
 
 use super::event_log::{Event, before_life};
-use super::job::{Job, Stopped, locked};
+use super::job::{Job, Stopped};
 use super::outbox::DeliveryState;
 use super::record::{Failure, Record, State, now};
 use super::{CRASHES, Jobs};
@@ -26,7 +26,7 @@ impl Jobs {
     /// Changes a record where records live, and then here. False if `change` says that it does not apply: it is asked again when
     /// another front has changed the record.
     pub(super) fn change(&self, job: &Arc<Job>, change: impl Fn(&mut Record) -> bool) -> io::Result<bool> {
-        let _turn = locked(&job.changing);
+        let _turn = job.changing.lock();
         for _ in 0..TRIES {
             let (mut record, revision) = job.stored();
             if !change(&mut record) {
@@ -54,7 +54,7 @@ impl Jobs {
 
     /// Takes over a record that was written, here or elsewhere.
     pub(super) fn adopt(&self, job: &Arc<Job>, record: Record, revision: u64) {
-        let mut registry = locked(&self.registry);
+        let mut registry = self.registry.lock();
         let Some(before) = job.adopt(record, revision) else { return };
         registry.follow(job, &before, &self.files);
         let record = job.record().clone();
@@ -66,7 +66,7 @@ impl Jobs {
             job.events.begin(record.lives);
         }
         if record.state.is_final() {
-            *locked(&job.left) = Some(Instant::now());
+            *job.left.lock() = Some(Instant::now());
         }
         job.events.ring();
         if record.next_delivery().is_some() {
@@ -214,7 +214,7 @@ impl Jobs {
                 self.adopt(job, record, revision + 1);
                 break;
             }
-            if locked(&self.registry).closing {
+            if self.registry.lock().closing {
                 return false;
             }
             job.waits.store(true, Ordering::Relaxed);
@@ -267,7 +267,7 @@ impl Jobs {
         if let Some(farm) = &self.farm {
             farm.forget_results(&record.id);
         }
-        if let (false, Some(begun)) = (record.state == State::Succeeded, *locked(&job.begun)) {
+        if let (false, Some(begun)) = (record.state == State::Succeeded, *job.begun.lock()) {
             self.canceled.fetch_add(milliseconds(begun) as u64, Ordering::Relaxed);
         }
         self.observer.ended(&record, record.state);

@@ -2,35 +2,35 @@
 //! was synced and any part of the rest.
 
 use super::disk::Change;
+use parking_lot::Mutex;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 /// Changes by the folder that somebody listens to.
 static JOURNALS: Mutex<Vec<(PathBuf, Vec<Change>)>> = Mutex::new(Vec::new());
 
 /// Listens to the changes of a folder and of all in it.
 pub(crate) fn listen(folder: &Path) {
-    JOURNALS.lock().unwrap().push((folder.to_owned(), Vec::new()));
+    JOURNALS.lock().push((folder.to_owned(), Vec::new()));
 }
 
 /// How many changes there have been in a folder.
 pub(crate) fn length(folder: &Path) -> usize {
-    JOURNALS.lock().unwrap().iter().find(|(of, _)| of == folder).map_or(0, |(_, changes)| changes.len())
+    JOURNALS.lock().iter().find(|(of, _)| of == folder).map_or(0, |(_, changes)| changes.len())
 }
 
 /// The changes of a folder, which nobody listens to any more.
 pub(crate) fn take(folder: &Path) -> Vec<Change> {
-    let mut journals = JOURNALS.lock().unwrap();
+    let mut journals = JOURNALS.lock();
     let at = journals.iter().position(|(of, _)| of == folder).expect("somebody listens");
     journals.swap_remove(at).1
 }
 
 /// Something has changed.
 pub(super) fn note(change: Change) {
-    let mut journals = JOURNALS.lock().unwrap();
+    let mut journals = JOURNALS.lock();
     if let Some((_, changes)) = journals.iter_mut().find(|(of, _)| change.path().starts_with(of)) {
         changes.push(change);
     }
@@ -41,14 +41,14 @@ static FAULTS: Mutex<Vec<(PathBuf, io::ErrorKind)>> = Mutex::new(Vec::new());
 
 /// Lets the disk of a folder take nothing, or all again.
 pub(crate) fn set_fault(folder: &Path, fault: Option<io::ErrorKind>) {
-    let mut faults = FAULTS.lock().unwrap();
+    let mut faults = FAULTS.lock();
     faults.retain(|(of, _)| of != folder);
     faults.extend(fault.map(|fault| (folder.to_owned(), fault)));
 }
 
 /// An error if the disk of a file takes nothing.
 pub(super) fn room(path: &Path) -> io::Result<()> {
-    let faults = FAULTS.lock().unwrap();
+    let faults = FAULTS.lock();
     let fault = faults.iter().find(|(of, _)| path.starts_with(of)).map(|(_, fault)| *fault);
     fault.map_or(Ok(()), |fault| Err(fault.into()))
 }

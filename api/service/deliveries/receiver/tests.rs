@@ -2,7 +2,7 @@
 
 use super::*;
 use clap::Parser;
-use std::sync::Mutex;
+use parking_lot::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
@@ -42,7 +42,7 @@ async fn receiver(answer: impl Into<Vec<u8>>) -> (u16, Arc<Mutex<Vec<String>>>) 
                         Ok(read) => request.extend(&bytes[..read]),
                     }
                 }
-                requests.lock().unwrap().push(String::from_utf8(request).unwrap());
+                requests.lock().push(String::from_utf8(request).unwrap());
                 let _ = socket.write_all(&answer).await;
                 if answer.is_empty() {
                     tokio::time::sleep(Duration::from_secs(60)).await;
@@ -72,7 +72,7 @@ async fn a_message_arrives_signed() {
     let receivers = Receivers::new(&settings(&LOCAL));
     send(&receivers, &format!("http://127.0.0.1:{port}/hook?a=b")).await.unwrap();
     send(&receivers, &format!("http://localhost:{port}/hook")).await.unwrap();
-    let seen = seen.lock().unwrap();
+    let seen = seen.lock();
     assert!(seen[0].starts_with("POST /hook?a=b HTTP/1.1\r\n"), "{}", seen[0]);
     let header = |name: &str| {
         let line = seen[0].lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
@@ -128,7 +128,7 @@ async fn what_is_inside_is_not_reached_by_any_name() {
         let refused = why(send(&receivers, &format!("http://{host}:{port}/")).await);
         assert!(refused.contains("not public"), "{host}: {refused}");
     }
-    assert_eq!(seen.lock().unwrap().len(), 0);
+    assert_eq!(seen.lock().len(), 0);
 }
 
 #[tokio::test]
@@ -169,7 +169,7 @@ async fn the_address_that_was_checked_is_the_one_that_is_connected_to() {
     assert_eq!(lookups.load(Ordering::SeqCst), 1, "the connection takes no other lookup");
     let second = why(send(&receivers, &url).await);
     assert!(second.contains("not public"), "{second}");
-    assert_eq!(seen.lock().unwrap().len(), 0);
+    assert_eq!(seen.lock().len(), 0);
 }
 
 #[tokio::test]
@@ -181,7 +181,7 @@ async fn of_several_addresses_only_those_that_may_be_are_tried() {
     let flags = ["--webhook-http", "--webhook-allow", "127.0.0.1"];
     let receivers = Receivers::with(&settings(&flags), Arc::new(mixed));
     send(&receivers, &format!("http://mixed.example:{port}/")).await.unwrap();
-    assert_eq!(seen.lock().unwrap().len(), 1);
+    assert_eq!(seen.lock().len(), 1);
 }
 
 #[tokio::test]
@@ -193,7 +193,7 @@ async fn redirects_are_not_followed() {
     let receivers = Receivers::new(&settings(&LOCAL));
     let refused = why(send(&receivers, &format!("http://127.0.0.1:{port}/")).await);
     assert!(refused.contains("redirects are not followed"), "{refused}");
-    assert_eq!(reached.lock().unwrap().len(), 0);
+    assert_eq!(reached.lock().len(), 0);
 }
 
 #[tokio::test]
