@@ -203,8 +203,8 @@ fn look() -> bool {
     stops
 }
 
-/// Looks at once: waits where the work of this thread is paused, and fails once it is cancelled.
-pub(crate) fn look_now() -> Result<(), Cancelled> {
+/// Looks at once, before work of milliseconds: waits where the work of this thread is paused, and fails once it is cancelled.
+pub fn look_now() -> Result<(), Cancelled> {
     if look() { Err(Cancelled) } else { Ok(()) }
 }
 

@@ -21,7 +21,8 @@ impl Sink {
 
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        control::checkpoint(1).map_err(|Cancelled| io::Error::other("cancelled"))?;
+        // A block of an EXR file is compressed for milliseconds, and written at once.
+        control::checkpoint(1 + (bytes.len() / 64) as u32).map_err(|Cancelled| io::Error::other("cancelled"))?;
         self.0.write(bytes)
     }
 

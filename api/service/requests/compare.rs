@@ -149,7 +149,7 @@ pub(crate) fn size_of(file: &PictureFile) -> Result<[u32; 2], Error> {
 }
 
 fn unless_cancelled() -> Result<(), Error> {
-    strahl::control::checkpoint(1).map_err(|Cancelled| Error::Cancelled)
+    strahl::control::look_now().map_err(|Cancelled| Error::Cancelled)
 }
 
 /// The codes of a PNG file that we have written.

@@ -14,6 +14,7 @@ use crate::service::sequences::price::{Price, is_pilot, price};
 use crate::service::sequences::shown::{animation, in_words};
 use crate::service::sequences::text::join;
 use std::time::{Duration, Instant};
+use strahl::control;
 use strahl::film::Region;
 use strahl::film::animation::{Animation, AnimationFormat};
 use strahl::film::sheet::{Sheet, cell, columns};
@@ -143,6 +144,7 @@ impl Service {
         let mut sheet = Sheet::new(frames.count, cell, across);
         let mut is_empty = true;
         for number in 0..frames.count {
+            control::look_now()?;
             if let Some(png) = self.jobs.small_frame(job, number)? {
                 sheet.put(number, &png);
                 is_empty = false;

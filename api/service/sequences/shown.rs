@@ -1,6 +1,7 @@
 //! All frames in one file: an animation or a contact sheet.
 
 use rayon::prelude::*;
+use strahl::control::{self, Cancelled};
 use strahl::film::FileFormat;
 use strahl::film::animation::{Animation, AnimationFormat, NoAnimation, Timing};
 use strahl::film::encode::transcoded;
@@ -26,7 +27,10 @@ pub(crate) fn animation(
     let Some(other) = format.frames().filter(|taken| *taken != frames.into()) else {
         return format.join(files, timing);
     };
-    let again = |file: &&[u8]| transcoded(file, other).ok_or(NoAnimation::NoPicture);
+    let again = |file: &&[u8]| {
+        control::look_now().map_err(|Cancelled| NoAnimation::NoPicture)?;
+        transcoded(file, other).ok_or(NoAnimation::NoPicture)
+    };
     let files: Vec<Vec<u8>> = files.par_iter().map(again).collect::<Result<_, _>>()?;
     format.join(&files, timing)
 }

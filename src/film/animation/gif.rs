@@ -23,7 +23,6 @@ pub(super) fn join(files: &[&[u8]], timing: Timing) -> Result<Animation, NoAnima
     let mut indexed = Vec::new();
     // Frames take much more memory as colors than as indices, so few are colors at a time.
     for some in files.chunks(rayon::current_num_threads()) {
-        control::checkpoint(1).map_err(|_| NoAnimation::NoPicture)?;
         let some: Option<Vec<Indexed>> = some.par_iter().map(|file| index(file)).collect();
         indexed.extend(some.ok_or(NoAnimation::NoPicture)?);
     }
@@ -55,12 +54,14 @@ fn write(frames: impl Iterator<Item = Frame<'static>>, [width, height]: [u16; 2]
     Some(file)
 }
 
-/// The frame of a picture file.
+/// The frame of a picture file; none, too, if the work is cancelled.
 fn index(file: &[u8]) -> Option<Indexed> {
+    control::look_now().ok()?;
     let picture = image::load_from_memory(file).ok()?;
     let (width, height) = (u16::try_from(picture.width()).ok()?, u16::try_from(picture.height()).ok()?);
     let mut codes = picture.into_rgba8().into_raw();
     codes.as_chunks_mut::<4>().0.iter_mut().for_each(over_white);
+    control::look_now().ok()?;
     let one_of = (codes.len() / 4 / TAUGHT).clamp(1, 30) as i32;
     let mut frame = Frame::from_rgba_speed(width, height, &mut codes, one_of);
     let palette = frame.palette.as_deref().unwrap_or_default().as_chunks::<3>().0;
