@@ -1,5 +1,6 @@
 //! Triangles over shared vertices, as every format gives them.
 
+use crate::control;
 use glam::{DMat3, DMat4, DVec3};
 use hashbrown::HashMap;
 
@@ -56,6 +57,15 @@ impl Geometry {
         let has_three = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|i| self.positions[i as usize]);
             a != b && b != c && c != a
+        };
+        self.triangles.iter().any(has_three)
+    }
+
+    /// The same where a matrix moves it to, which may flatten it.
+    pub(super) fn has_area_by(&self, matrix: &DMat4) -> bool {
+        let has_three = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| matrix.transform_point3(DVec3::from_array(self.positions[i as usize])));
+            control::step(1) || (a != b && b != c && c != a)
         };
         self.triangles.iter().any(has_three)
     }

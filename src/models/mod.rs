@@ -76,6 +76,7 @@ pub fn read(format: ModelFormat, bytes: &[u8], parts: &Parts<'_>, choice: Choice
         ModelFormat::Ply => ply::read(bytes)?,
     };
     model.drop_unseen();
+    model.drop_repeated();
     if model.triangles() == 0 {
         return Err(Faults::one(model.nothing_to_see()));
     }

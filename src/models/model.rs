@@ -1,9 +1,10 @@
 //! A model as all readers give it: triangles, where they are placed, and what they look like.
 
-use super::fault::{Fault, Kind, Warning};
+use super::fault::{Fault, Kind, Subject, Warning, warn};
 use super::geometry::Geometry;
-use super::material::ModelMaterial;
+use super::material::{Alpha, ModelMaterial};
 use glam::{DMat3, DMat4};
+use hashbrown::HashSet;
 
 /// A model.
 #[derive(Debug, Clone, Default)]
@@ -143,9 +144,35 @@ impl Model {
     /// Drops what has no area: what scales of 0 hide, as animations do, or make a line of, and triangles of which none has three corners.
     pub(super) fn drop_unseen(&mut self) {
         let has_area: Vec<bool> = self.geometries.iter().map(Geometry::has_area).collect();
-        let is_hidden = |matrix: &DMat4| has_no_area(&DMat3::from_mat4(*matrix));
-        self.placements.iter_mut().for_each(|placement| placement.transforms.retain(|matrix| !is_hidden(matrix)));
+        for placement in &mut self.placements {
+            let geometry = &self.geometries[placement.geometry];
+            placement.transforms.retain(|matrix| {
+                let map = DMat3::from_mat4(*matrix);
+                !has_no_area(&map) && (map.determinant() != 0.0 || geometry.has_area_by(matrix))
+            });
+        }
         self.placements.retain(|placement| has_area[placement.geometry] && !placement.transforms.is_empty());
+    }
+
+    /// Drops what stands in the place of another one like it, where nothing is seen of it: instances may be very many, and each
+    /// ray would meet all of them.
+    pub(super) fn drop_repeated(&mut self) {
+        let mut is_any = false;
+        for placement in self.placements.iter_mut().filter(|placement| placement.transforms.len() > 1) {
+            let material = placement.material.map(|index| &self.materials[index]);
+            if material.is_some_and(|it| it.alpha == Alpha::Blend || it.transmission.factor > 0.0) {
+                continue;
+            }
+            let count = placement.transforms.len();
+            let mut met = HashSet::with_capacity(count);
+            // Adding 0 turns -0 into 0.
+            placement.transforms.retain(|matrix| met.insert(matrix.to_cols_array().map(|x| (x + 0.0).to_bits())));
+            is_any |= placement.transforms.len() < count;
+        }
+        if is_any {
+            let detail = "of copies in one place one is kept: nothing is seen of the others";
+            warn(&mut self.warnings, Subject::Skipped, "copies", String::new(), detail);
+        }
     }
 
     /// Why there is no picture of it.

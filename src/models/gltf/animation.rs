@@ -34,8 +34,13 @@ pub(super) fn pose(
             if channel.target.node.is_none() && path != "pointer" {
                 continue;
             }
-            let detail = "an animation by pointer is left at rest";
-            warn(warnings, Subject::NotSimulated, "animation-pointer", pointer, detail);
+            if path == "pointer" {
+                let detail = "an animation by pointer is left at rest";
+                warn(warnings, Subject::NotSimulated, "animation-pointer", pointer, detail);
+            } else {
+                let detail = "what is animated is none of translation, rotation, scale and weights: it is left at rest";
+                warn(warnings, Subject::Skipped, "animation-path", format!("{pointer}/target/path"), detail);
+            }
             continue;
         };
         let sampler = &animation.samplers[channel.sampler];

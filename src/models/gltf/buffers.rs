@@ -76,15 +76,17 @@ impl<'a> Buffers<'a> {
     ) -> Result<Option<Cow<'a, [u8]>>, Fault> {
         let pointer = format!("/buffers/{index}");
         let buffer = &self.document.buffers[index];
+        // Only there for readers that do not unpack views.
+        let is_fallback = buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback);
         let bytes: Cow<'_, [u8]> = match &buffer.uri {
+            _ if is_fallback && !is_read => return Ok(None),
             Some(text) => {
                 let (bytes, is_part) = fetch(text, parts, &format!("{pointer}/uri"))?;
                 self.has_parts |= is_part;
                 self.budget.take(bytes.len() as u64, 1)?;
                 bytes.into()
             }
-            // Only there for readers that do not unpack views.
-            None if buffer.extensions.meshopt.as_ref().is_some_and(|meshopt| meshopt.fallback) => return Ok(None),
+            None if is_fallback => return Ok(None),
             None if index > 0 && !is_read => return Ok(None),
             None => match bin.filter(|_| index == 0) {
                 Some(bin) => bin.into(),

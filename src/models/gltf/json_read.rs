@@ -140,7 +140,9 @@ fn check_version(text: &[u8], asset: Option<&RawValue>, faults: &mut Faults) {
             let is_known = |version: &str| version.starts_with("2.");
             let (key, says, needed) = match least {
                 // Files of 2.1 may say that a reader of 2.0 will do.
-                Some(least) if is_known(&version) && least != "2.0" => ("minVersion", "this is for readers of", least),
+                Some(least) if is_known(&version) && least != "2.0" && !least.starts_with("1.") => {
+                    ("minVersion", "this is for readers of", least)
+                }
                 _ if is_known(&version) => return,
                 _ => ("version", "this is", version),
             };

@@ -39,7 +39,7 @@ impl Materials<'_> {
         }
         if let Some(ior) = more.ior.as_ref().and_then(|it| it.ior) {
             // 0 stands for a reflection that is the same at all angles.
-            read.ior = if ior == 0.0 { 100.0 } else { ior.max(1.0) };
+            read.ior = if ior == 0.0 { 100.0 } else { ior };
         }
         if let Some(specular) = &more.specular {
             let (factor, color) = (specular.specular_factor, specular.specular_color_factor);
@@ -50,12 +50,11 @@ impl Materials<'_> {
             read.transmission = self.channel(it.transmission_factor, it.transmission_texture.as_ref())?;
         }
         if let Some(volume) = &more.volume {
-            read.thickness = volume.thickness_factor.max(0.0);
-            let distance = volume.attenuation_distance.filter(|distance| *distance > 0.0);
+            read.thickness = volume.thickness_factor;
             let color = volume.attenuation_color.unwrap_or([1.0; 3]);
-            read.attenuation = distance.map(|distance| Attenuation { color, distance });
+            read.attenuation = volume.attenuation_distance.map(|distance| Attenuation { color, distance });
         }
-        read.dispersion = more.dispersion.as_ref().map_or(0.0, |it| it.dispersion.max(0.0));
+        read.dispersion = more.dispersion.as_ref().map_or(0.0, |it| it.dispersion);
         if let Some(coat) = &more.clearcoat {
             read.clearcoat = Some(Clearcoat {
                 factor: self.channel(coat.clearcoat_factor, coat.clearcoat_texture.as_ref())?,

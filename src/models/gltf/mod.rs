@@ -15,6 +15,7 @@ mod json_read;
 mod materials;
 mod meshes;
 mod nodes;
+mod ranges;
 mod skins;
 
 pub(crate) use images::media_type;
@@ -28,11 +29,14 @@ use super::name::{NAME_BYTES, shortened};
 use super::{Choice, Parts, counted};
 use buffers::Buffers;
 use glam::{DMat4, DQuat, DVec3};
-use json::{Document, Primitive};
+use json::{Document, Light, Primitive};
 use materials::Materials;
 use nodes::Local;
 use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_4;
 
+/// What a morph target that is looked at takes, roughly.
+const MORPH_BYTES: usize = 64;
 /// What an instance takes in a scene that is built, roughly; its accessor may have no bytes at all.
 const INSTANCE_BYTES: usize = 2_048;
 
@@ -44,9 +48,10 @@ pub fn json_of(bytes: &[u8]) -> &[u8] {
 /// Reads a file.
 pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Model, Faults> {
     let chunks = glb::chunks(bytes)?;
-    let document = json_read::read(chunks.json)?;
+    let mut document = json_read::read(chunks.json)?;
     extensions::check(&document, choice.strict)?;
     check::check(&document)?;
+    let warnings = ranges::mend(&mut document);
     let buffers = Buffers::read(&document, chunks.bin, parts)?;
     let mut builder = Builder {
         document: &document,
@@ -54,9 +59,10 @@ pub(super) fn read(bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Mo
         parts,
         choice,
         variant: None,
-        model: Model { has_parts: buffers.has_parts, ..Model::default() },
+        model: Model { has_parts: buffers.has_parts, warnings, ..Model::default() },
         faults: Faults::default(),
         geometries: HashMap::new(),
+        primitives: HashMap::new(),
         placements: HashMap::new(),
         materials: HashMap::new(),
     };
@@ -98,6 +104,14 @@ impl Ingredients {
     }
 }
 
+/// What a primitive is at each node that says nothing else.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    /// The geometry with the weights of its mesh, once asked for: none if it has no triangles.
+    at_rest: Option<Option<usize>>,
+    material: Option<usize>,
+}
+
 /// Largest number in the matrix of a node: squares of what it moves are finite.
 const FARTHEST: f64 = 1e100;
 
@@ -117,6 +131,8 @@ struct Builder<'a> {
     model: Model,
     faults: Faults,
     geometries: HashMap<Ingredients, Option<usize>>,
+    /// What primitives of meshes are, whose nodes are many, and each of them has targets and variants.
+    primitives: HashMap<(usize, usize), Shown>,
     /// Index of the placement of a geometry with a material.
     placements: HashMap<(usize, Option<usize>), usize>,
     /// Index of a material in the model, by that in the file.
@@ -193,10 +209,8 @@ impl Builder<'_> {
             Some(_) => self.instances(index, worlds[index])?,
             None => vec![worlds[index]],
         };
-        let weights = local.weights.as_ref().or(self.document.meshes[mesh].weights.as_ref());
-        let weights = weights.map_or(&[][..], Vec::as_slice);
         for k in 0..self.document.meshes[mesh].primitives.len() {
-            let placed = self.primitive(mesh, k, weights, joints.as_deref(), index, &transforms);
+            let placed = self.primitive((mesh, k), local.weights.as_deref(), joints.as_deref(), index, &transforms);
             if let Err(fault) = placed
                 && !self.faults.push(fault)
             {
@@ -229,11 +243,11 @@ impl Builder<'_> {
         Ok((0..count).map(one).collect())
     }
 
+    /// Places a primitive of a mesh. `weights` are those of its node, in place of its mesh's.
     fn primitive(
         &mut self,
-        mesh: usize,
-        k: usize,
-        weights: &[f64],
+        (mesh, k): (usize, usize),
+        weights: Option<&[f64]>,
         joints: Option<&[DMat4]>,
         node: usize,
         transforms: &[DMat4],
@@ -249,33 +263,28 @@ impl Builder<'_> {
             warn(&mut self.model.warnings, Subject::Skipped, what, pointer, "they have no surface and are left out");
             return Ok(());
         }
-        let moves = |name: &String| name.starts_with("COLOR_") || name.starts_with("TEXCOORD_");
-        if primitive.targets.iter().zip(weights).any(|(target, weight)| *weight != 0.0 && target.keys().any(moves)) {
-            let (pointer, detail) =
-                (format!("{pointer}/targets"), "morph targets of colors and texture coordinates are left out");
-            warn(&mut self.model.warnings, Subject::Skipped, "morph-targets", pointer, detail);
-        }
-        let geometry = match joints {
-            Some(joints) => {
-                let still = self.geometry(primitive, &pointer, weights)?;
-                let moved = skins::skinned(document, self.buffers, primitive, &pointer, still, joints)?;
-                self.add(moved, &pointer)
-            }
-            None => {
-                let ingredients = Ingredients::of(primitive, weights);
-                match self.geometries.get(&ingredients) {
-                    Some(known) => *known,
-                    None => {
-                        let geometry = self.geometry(primitive, &pointer, weights)?;
-                        let index = self.add(geometry, &pointer);
-                        self.geometries.insert(ingredients, index);
-                        index
-                    }
-                }
-            }
+        let shown = match self.primitives.get(&(mesh, k)) {
+            Some(known) => *known,
+            None => Shown { at_rest: None, material: self.material_of(primitive) },
         };
+        let of_mesh = || document.meshes[mesh].weights.as_deref().unwrap_or_default();
+        let (geometry, at_rest) = match (joints, weights, shown.at_rest) {
+            (Some(joints), ..) => {
+                let still = self.geometry(primitive, &pointer, weights.unwrap_or_else(of_mesh))?;
+                let warnings = &mut self.model.warnings;
+                let moved = skins::skinned(document, self.buffers, primitive, &pointer, still, joints, warnings)?;
+                (self.add(moved, &pointer), shown.at_rest)
+            }
+            (None, None, Some(known)) => (known, shown.at_rest),
+            (None, None, None) => {
+                let geometry = self.morphed(primitive, &pointer, of_mesh())?;
+                (geometry, Some(geometry))
+            }
+            (None, Some(weights), _) => (self.morphed(primitive, &pointer, weights)?, shown.at_rest),
+        };
+        self.primitives.insert((mesh, k), Shown { at_rest, ..shown });
         let Some(geometry) = geometry else { return Ok(()) };
-        let material = match self.material_of(primitive) {
+        let material = match shown.material {
             Some(material) => self.material(material)?,
             None => None,
         };
@@ -289,7 +298,26 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn geometry(&self, primitive: &Primitive, pointer: &str, weights: &[f64]) -> Result<Geometry, Fault> {
+    /// The index of a geometry with weights of morph targets; none if it has no triangles.
+    fn morphed(&mut self, primitive: &Primitive, pointer: &str, weights: &[f64]) -> Result<Option<usize>, Fault> {
+        self.buffers.budget.take(primitive.targets.len().min(weights.len()) as u64, MORPH_BYTES)?;
+        let ingredients = Ingredients::of(primitive, weights);
+        if let Some(known) = self.geometries.get(&ingredients) {
+            return Ok(*known);
+        }
+        let geometry = self.geometry(primitive, pointer, weights)?;
+        let index = self.add(geometry, pointer);
+        self.geometries.insert(ingredients, index);
+        Ok(index)
+    }
+
+    fn geometry(&mut self, primitive: &Primitive, pointer: &str, weights: &[f64]) -> Result<Geometry, Fault> {
+        let moves = |name: &String| name.starts_with("COLOR_") || name.starts_with("TEXCOORD_");
+        if primitive.targets.iter().zip(weights).any(|(target, weight)| *weight != 0.0 && target.keys().any(moves)) {
+            let (pointer, detail) =
+                (format!("{pointer}/targets"), "morph targets of colors and texture coordinates are left out");
+            warn(&mut self.model.warnings, Subject::Skipped, "morph-targets", pointer, detail);
+        }
         let mut geometry = meshes::points(self.document, self.buffers, primitive, pointer, weights)?;
         let points = geometry.positions.len();
         let triangles = meshes::triangles(self.document, self.buffers, primitive, pointer, points)?;
@@ -357,7 +385,11 @@ impl Builder<'_> {
                 let aspect = camera.xmag.map(|wide| (wide / camera.ymag).abs());
                 (Projection::Orthographic { height: 2.0 * camera.ymag.abs() }, aspect)
             }
-            (None, None) => return,
+            (None, None) => {
+                let detail = "a camera that is neither perspective nor orthographic is left out";
+                warn(&mut self.model.warnings, Subject::Skipped, "cameras", format!("/cameras/{index}"), detail);
+                return;
+            }
         };
         let aspect = aspect.filter(|aspect| *aspect > 0.0 && aspect.is_finite());
         let name = camera.name.as_deref().map(kept);
@@ -370,9 +402,8 @@ impl Builder<'_> {
             "directional" => LampKind::Directional,
             "point" => LampKind::Point,
             "spot" => {
-                let outer = light.spot.outer_cone_angle.unwrap_or(std::f64::consts::FRAC_PI_4);
-                let outer = outer.clamp(1e-4, std::f64::consts::FRAC_PI_2);
-                LampKind::Spot { inner: light.spot.inner_cone_angle.clamp(0.0, outer), outer }
+                let outer = light.spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
+                LampKind::Spot { inner: light.spot.inner_cone_angle.min(outer), outer }
             }
             _ => {
                 let pointer = format!("/extensions/KHR_lights_punctual/lights/{index}/type");
@@ -381,8 +412,7 @@ impl Builder<'_> {
                 return;
             }
         };
-        let (color, intensity) = (light.color.map(|channel| channel.max(0.0)), light.intensity.max(0.0));
-        let range = light.range.filter(|range| *range > 0.0);
+        let Light { color, intensity, range, .. } = *light;
         self.model.lamps.push(Lamp { placed, color, intensity, range, kind });
     }
 }

@@ -211,9 +211,11 @@ pub(super) fn visible(document: &Document, scene: Option<usize>, parents: &[Opti
     };
     let mut waiting: Vec<usize> = roots.into_iter().rev().collect();
     let mut visible = Vec::new();
+    // A scene may name a root twice, though it must not.
+    let mut met = vec![false; parents.len()];
     while let Some(node) = waiting.pop() {
         let is_hidden = document.nodes[node].extensions.visibility.as_ref().is_some_and(|it| !it.visible);
-        if !is_hidden {
+        if !is_hidden && !std::mem::replace(&mut met[node], true) {
             visible.push(node);
             waiting.extend(document.nodes[node].children.iter().rev());
         }

@@ -1,6 +1,6 @@
 //! Skins: vertices that follow joints (glTF 2.0, section 3.7.3).
 
-use super::super::fault::{Fault, Faults, Kind};
+use super::super::fault::{Fault, Faults, Kind, Subject, Warning, warn};
 use super::super::geometry::Geometry;
 use super::buffers::Buffers;
 use super::json::{Document, Primitive};
@@ -58,6 +58,9 @@ pub(super) fn check(document: &Document, buffers: &Buffers<'_>, faults: &mut Fau
     }
 }
 
+/// How far the weights of a vertex may be from 1 in all: four of 8 bits are rounded.
+const ROUNDING: f64 = 0.02;
+
 /// Geometry with its vertices where joints have them.
 pub(super) fn skinned(
     document: &Document,
@@ -66,6 +69,7 @@ pub(super) fn skinned(
     pointer: &str,
     geometry: Geometry,
     joints: &[DMat4],
+    warnings: &mut Vec<Warning>,
 ) -> Result<Geometry, Fault> {
     let count = geometry.positions.len();
     buffers.budget.take(count as u64, size_of::<DMat4>() + 128)?;
@@ -78,7 +82,8 @@ pub(super) fn skinned(
         let weights = buffers.elements::<4>(document, weights, &["VEC4"])?;
         for (vertex, (indices, weights)) in indices.into_iter().zip(weights).enumerate().take(count) {
             for (index, weight) in indices.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-                let Some(joint) = joints.get(index as usize) else {
+                let joint = joints.get(index as usize).filter(|_| index >= 0.0 && index % 1.0 == 0.0);
+                let Some(joint) = joint else {
                     let detail =
                         format!("vertex {vertex} follows joint {index}, and the skin has {} joints", joints.len());
                     let pointer = format!("{pointer}/attributes/JOINTS_{set}");
@@ -88,6 +93,10 @@ pub(super) fn skinned(
                 sums[vertex] += weight;
             }
         }
+    }
+    if sums.iter().any(|sum| (sum - 1.0).abs() > ROUNDING) {
+        let detail = "weights of joints that do not add up to 1 are scaled, and vertices without any follow none";
+        warn(warnings, Subject::Assumed, "joint-weights", format!("{pointer}/attributes/WEIGHTS_0"), detail);
     }
     // Quantised weights do not add up to 1.
     for (matrix, sum) in mixed.iter_mut().zip(sums) {

@@ -71,9 +71,9 @@ impl Codebooks {
         Ok(Self { colors, selectors, tables, slices })
     }
 
-    /// Sets red, green and blue.
+    /// Sets red, green and blue, and no transparency.
     pub(super) fn color(&self, level: &[u8], pixels: &mut Pixels) -> Result<(), Failure> {
-        self.slice(level, 0, pixels, |pixel, color| pixel[..3].copy_from_slice(&color))
+        self.slice(level, 0, pixels, |pixel, [red, green, blue]| *pixel = [red, green, blue, 0xff])
     }
 
     /// Sets alpha.

@@ -133,7 +133,8 @@ struct Pixels {
 impl Pixels {
     fn new(width: u32, height: u32) -> Self {
         let (width, height) = (width as usize, height as usize);
-        Self { width, height, pixels: vec![[0, 0, 0, 0xff]; width * height] }
+        // Of zeros, pages are taken when they are written: a file may claim more pixels than it has.
+        Self { width, height, pixels: vec![[0; 4]; width * height] }
     }
 
     /// Blocks across and down.

@@ -104,6 +104,11 @@ fn upright(view: View, up: DVec3) -> DVec3 {
     if view.phi > 0.01 && view.phi < 179.99 { DVec3::Y } else { up }
 }
 
+/// The angle of view of a camera in degrees, as near as scenes take it.
+pub(super) fn degrees(vertical: f64) -> f64 {
+    (vertical * 180.0 / PI).clamp(0.1, 179.0)
+}
+
 /// A camera of the file, for a model around a point.
 pub(super) fn of_file(camera: &ModelCamera, model: &Placed<'_>, origin: DVec3) -> Camera {
     let matrix = camera.placed;
@@ -117,7 +122,7 @@ pub(super) fn of_file(camera: &ModelCamera, model: &Placed<'_>, origin: DVec3) -
     match camera.projection {
         Projection::Perspective { vertical } => Camera::Pinhole(PinholeCamera {
             up: up.to_array(),
-            vfov_deg: (vertical * 180.0 / PI).clamp(0.1, 179.0),
+            vfov_deg: degrees(vertical),
             ..PinholeCamera::looking(eye.to_array(), look_at)
         }),
         Projection::Orthographic { height } => {

@@ -3,7 +3,7 @@
 use super::studio::surroundings;
 use super::{LightChoice, ModelOptions};
 use crate::math::{self, Rgb};
-use crate::models::{Lamp, LampKind, Subject, Warning};
+use crate::models::{Lamp, LampKind, Model, Subject, Warning};
 use crate::scene::description::{
     AngularArea, Camera, Color, DirectionalLight, Environment, Falloff, Fidelity, Light, PointLight, SpotLight,
     WindowedFalloff,
@@ -26,6 +26,15 @@ const SOFT: f64 = 15.0;
 const MOST_STOPS: f64 = 32.0;
 /// What that many stops make white.
 const BRIGHTEST: f64 = 4_294_967_296.0;
+
+/// Drops lamps that are farther than scenes reach.
+pub(super) fn drop_far(model: &mut Model) {
+    let is_far = |lamp: &mut Lamp| lamp.placed.w_axis.truncate().abs().max_element() > MAGNITUDE;
+    if model.lamps.extract_if(.., is_far).count() > 0 {
+        let detail = format!("lamps that are more than {MAGNITUDE:e} from the model are left out");
+        warn(&mut model.warnings, Subject::Skipped, "far-lamps", detail);
+    }
+}
 
 /// What lights a model.
 pub(super) struct LitBy {

@@ -137,7 +137,7 @@ pub fn import(
 ) -> Result<Imported, Problems> {
     let beside = |name: &str| parts::exact_or_plain(name, |name| files.read(name));
     let model = read_upright(format, bytes, &beside, &overrides.model)?;
-    described(model, overrides, files)
+    described(model, overrides, files).map_err(|problems| problems::placed(format, bytes, problems))
 }
 
 /// The same of a `multipart/form-data` body.
@@ -159,7 +159,8 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> R
         let (subject, what, pointer) = (Subject::Skipped, "form-fields", String::new());
         model.warnings.push(Warning { subject, what, detail, pointer });
     }
-    let imported = described(model, overrides, files)?;
+    let imported = described(model, overrides, files);
+    let imported = imported.map_err(|problems| problems::placed(format, file.bytes, problems))?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })
 }
@@ -193,6 +194,7 @@ fn described(mut model: Model, overrides: &Overrides, files: &dyn Files) -> Resu
     Room::default().take_model(&model, files, "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
+    lamps::drop_far(&mut model);
     let is_unlit = look::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
     let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));

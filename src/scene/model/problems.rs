@@ -10,16 +10,24 @@ use crate::scene::problem::{Code, Problem};
 /// The faults of a file, located in it.
 pub(super) fn located(format: ModelFormat, bytes: &[u8], Faults(faults): Faults) -> Problems {
     let json = if format == ModelFormat::Gltf { gltf::json_of(bytes) } else { &[] };
-    let mut problems: Vec<Problem> = faults.into_iter().map(|fault| problem(json, fault)).collect();
-    if format == ModelFormat::Gltf {
-        // Those in the binary have no line.
-        let (mut in_json, in_binary): (Vec<_>, Vec<_>) =
-            problems.into_iter().partition(|problem| problem.offset.is_none());
-        locate(json, &mut in_json);
-        in_json.extend(in_binary);
-        problems = in_json;
+    placed(format, bytes, Problems(faults.into_iter().map(|fault| problem(json, fault)).collect()))
+}
+
+/// The same of problems that may have no place yet: that of the innermost value of the file that their pointer leads to, or the
+/// beginning of the file.
+pub(super) fn placed(format: ModelFormat, bytes: &[u8], Problems(problems): Problems) -> Problems {
+    // Those in the binary have no line.
+    let (mut all, in_binary): (Vec<_>, Vec<_>) = problems.into_iter().partition(|problem| problem.offset.is_none());
+    let without = |problem: &&mut Problem| problem.line.is_none();
+    match format {
+        ModelFormat::Gltf => locate(gltf::json_of(bytes), &mut all),
+        ModelFormat::Stl => all.iter_mut().filter(without).for_each(|problem| problem.offset = Some(0)),
+        ModelFormat::Obj | ModelFormat::Ply => {
+            all.iter_mut().filter(without).for_each(|problem| (problem.line, problem.column) = (Some(1), Some(1)));
+        }
     }
-    Problems(problems)
+    all.extend(in_binary);
+    Problems(all)
 }
 
 fn problem(json: &[u8], fault: Fault) -> Problem {

@@ -5,16 +5,17 @@ use super::framing;
 use super::placed_meshes::{Placed, Sight};
 use super::{ModelOptions, SIDE, lamps, look, problems, studio};
 use crate::film::ToneMapping;
-use crate::models::{Lamp, ModelCamera, Subject, Warning};
+use crate::models::{Lamp, ModelCamera, Projection, Subject, Warning};
 use crate::scene::Overrides;
 use crate::scene::description::{
     self as d, Camera, Description, Environment, Fidelity, FilmBackground, ImageSize, ImportWarning, Light, Material,
     Object,
 };
-use crate::scene::limits::IMPORT_WARNINGS;
+use crate::scene::limits::{IMPORT_WARNINGS, MAGNITUDE, SMALLEST_LENGTH};
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems};
 use glam::DVec3;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// What is kept of a model beside its bodies and materials, so that it can be seen again.
@@ -62,6 +63,8 @@ impl Views {
         if let Camera::Pinhole(camera) = &camera {
             warnings.extend(warning_of_sight(placed.sight_from(DVec3::from_array(camera.eye))));
         }
+        let of_file = options.camera.and_then(|number| self.camera_of(number));
+        warnings.extend(of_file.and_then(warning_of_angle));
         let fidelity = overrides.fidelity.unwrap_or_default();
         let lit_by = lamps::lights(&self.lamps, options, &camera, fidelity, &mut warnings);
         if overrides.exposure.is_none() {
@@ -119,7 +122,10 @@ impl Views {
             });
         };
         match self.camera_of(index) {
-            Some(camera) => Ok(framing::of_file(camera, model, middle)),
+            Some(camera) => {
+                check(camera)?;
+                Ok(framing::of_file(camera, model, middle))
+            }
             None => {
                 let mut numbers: Vec<usize> = self.cameras.iter().map(|camera| camera.number).collect();
                 numbers.sort_unstable();
@@ -177,6 +183,39 @@ impl Views {
     pub fn has_floor(&self, view: &Description) -> bool {
         view.objects.len() > self.bodies
     }
+}
+
+/// Refuses a camera that scenes cannot have.
+fn check(camera: &ModelCamera) -> Result<(), Problems> {
+    let wrong = |key: &str, detail: String| {
+        let pointer = format!("/cameras/{}{key}", camera.number);
+        Err(Problems::one(Problem::new(pointer, Code::OutOfRange, detail)))
+    };
+    match camera.projection {
+        Projection::Orthographic { height } if !(SMALLEST_LENGTH..=MAGNITUDE).contains(&height) => {
+            let detail = format!(
+                "the camera sees a height of {height:e}: it has to be from {SMALLEST_LENGTH:e} to {MAGNITUDE:e}"
+            );
+            return wrong("/orthographic/ymag", detail);
+        }
+        _ => {}
+    }
+    let far = camera.placed.w_axis.truncate().abs().max_element();
+    if far > MAGNITUDE {
+        let detail = format!("its nodes put the camera {far:e} from the model: at most {MAGNITUDE:e} can be rendered");
+        return wrong("", detail);
+    }
+    Ok(())
+}
+
+/// Says that a camera sees less or more than its file says.
+fn warning_of_angle(camera: &ModelCamera) -> Option<Warning> {
+    let Projection::Perspective { vertical } = camera.projection else { return None };
+    let (says, taken) = (vertical * 180.0 / PI, framing::degrees(vertical));
+    let detail = format!("the camera's angle of view of {says:.4} degrees is taken as {taken}");
+    let pointer = format!("/cameras/{}/perspective/yfov", camera.number);
+    let warning = Warning { subject: Subject::Approximated, what: "angle-of-view", detail, pointer };
+    (says != taken).then_some(warning)
 }
 
 /// Says why nothing is seen.
