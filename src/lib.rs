@@ -110,6 +110,7 @@ pub mod scene;
 pub mod sequence;
 pub mod shading;
 pub mod shape;
+mod strict_json;
 pub mod trace;
 pub mod tradeoff;
 pub mod words;

@@ -1,21 +1,29 @@
-//! A deserializer that accepts a scene exactly as its schema describes it.
+//! A deserializer that accepts JSON exactly as its schema describes it.
 //!
 //! serde's derived types accept more: a struct as an array of its fields, and `{"none": null}` for `"none"`. Other programs
-//! that follow the schema would refuse such scenes.
+//! that follow the schema would refuse such scenes and models.
 
 use crate::control::{self, Cancelled};
 use serde::de::value::StrDeserializer;
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
-use serde::forward_to_deserialize_any;
+use serde::{Deserialize, forward_to_deserialize_any};
 use std::fmt;
 
 /// How serde_json's `RawValue` asks for the text itself, in which nothing is read.
 const RAW: &str = "$serde_json::private::RawValue";
 
+/// Reads a whole text.
+pub(crate) fn from_slice<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let read = T::deserialize(Strict(&mut deserializer))?;
+    deserializer.end()?;
+    Ok(read)
+}
+
 /// Wraps a deserializer, and inside of it everything that leads to inner values.
-pub(super) struct Strict<T>(pub(super) T);
+pub(crate) struct Strict<T>(pub(crate) T);
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
     type Error = D::Error;
@@ -193,9 +201,47 @@ impl<'de, V: Visitor<'de>> DeserializeSeed<'de> for Within<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::description::{Falloff, ImageSize, Light, LinearFalloff};
     use serde::de::DeserializeOwned;
     use serde_json::value::RawValue;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(default)]
+    struct Size {
+        width: u32,
+        height: u32,
+    }
+
+    impl Default for Size {
+        fn default() -> Self {
+            Self { width: 1, height: 2 }
+        }
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Falloff {
+        None,
+        InverseSquare,
+        Linear(Reach),
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Reach {
+        reach: f64,
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Light {
+        Point(Point),
+        Spot(Size),
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Point {
+        position: [f64; 3],
+        falloff: Option<Falloff>,
+    }
 
     fn strict<T: DeserializeOwned>(text: &str) -> Option<T> {
         T::deserialize(Strict(&mut serde_json::Deserializer::from_str(text))).ok()
@@ -203,9 +249,11 @@ mod tests {
 
     #[test]
     fn takes_what_the_schema_says() {
-        assert_eq!(strict(r#"{"width": 3}"#), Some(ImageSize { width: 3, height: 540 }));
+        assert_eq!(strict(r#"{"width": 3}"#), Some(Size { width: 3, height: 2 }));
         assert_eq!(strict(r#""inverse_square""#), Some(Falloff::InverseSquare));
-        assert_eq!(strict(r#"{"linear": {"reach": 2}}"#), Some(Falloff::Linear(LinearFalloff { reach: 2.0 })));
+        assert_eq!(strict(r#"{"linear": {"reach": 2}}"#), Some(Falloff::Linear(Reach { reach: 2.0 })));
+        let point = Point { position: [0.0; 3], falloff: Some(Falloff::None) };
+        assert_eq!(strict(r#"{"point": {"position": [0, 0, 0], "falloff": "none"}}"#), Some(Light::Point(point)));
     }
 
     #[test]
@@ -216,10 +264,10 @@ mod tests {
 
     #[test]
     fn refuses_what_only_serde_takes() {
-        assert_eq!(strict::<ImageSize>("[3, 4]"), None);
+        assert_eq!(strict::<Size>("[3, 4]"), None);
         assert_eq!(strict::<Falloff>(r#"{"none": null}"#), None);
         assert_eq!(strict::<Falloff>(r#"{"linear": [2]}"#), None);
-        assert_eq!(strict::<Light>(r#"{"point": [[0, 0, 0], 1, 1, "none"]}"#), None);
+        assert_eq!(strict::<Light>(r#"{"point": [[0, 0, 0], "none"]}"#), None);
         assert_eq!(strict::<Light>(r#"{"point": {"position": [0, 0, 0]}, "spot": {}}"#), None);
         assert_eq!(strict::<Light>(r#"{"point": {"position": [0, 0, 0], "falloff": {"linear": [1]}}}"#), None);
     }

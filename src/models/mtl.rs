@@ -13,6 +13,9 @@ use hashbrown::HashMap;
 /// Most materials and pictures of a model.
 const MATERIALS: usize = 1 << 16;
 
+const UNIT: [f64; 2] = [0.0, 1.0];
+const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
+
 /// Materials by name.
 #[derive(Default)]
 pub(super) struct Library {
@@ -96,34 +99,34 @@ impl Library {
         let material = &mut self.materials[last];
         match key.as_slice() {
             b"kd" => {
-                if let Some(color) = color(text, model)? {
+                if let Some(color) = color(text, word, model)? {
                     (phong.has_diffuse, material.base_color.factor) = (true, color);
                 }
             }
-            b"ks" => phong.specular = color(text, model)?.or(phong.specular),
-            b"ns" => phong.exponent = Some(text.number()?),
-            b"ke" => phong.emission = color(text, model)?.or(phong.emission),
-            b"ni" => material.ior = text.number()?.clamp(1.0, 100.0),
+            b"ks" => phong.specular = color(text, word, model)?.or(phong.specular),
+            b"ns" => phong.exponent = Some(within(text, POSITIVE, word, model)?),
+            b"ke" => phong.emission = color(text, word, model)?.or(phong.emission),
+            b"ni" => material.ior = within(text, [1.0, 100.0], word, model)?,
             b"d" => {
                 let first = text.expected("a number")?;
                 // The halo, which is more opaque at the edges of a body, is left out.
                 let opacity =
                     if first.text.eq_ignore_ascii_case(b"-halo") { text.number()? } else { first.number()? };
-                (phong.has_dissolve, material.opacity) = (true, opacity.clamp(0.0, 1.0));
+                (phong.has_dissolve, material.opacity) = (true, taken(opacity, UNIT, word, model));
             }
             b"tr" => {
-                let opacity = 1.0 - text.number()?.clamp(0.0, 1.0);
+                let opacity = 1.0 - within(text, UNIT, word, model)?;
                 // Programs do not agree on what Tr means: of both keys d counts.
                 if !phong.has_dissolve {
                     material.opacity = opacity;
                 }
             }
-            b"tf" => phong.filter = color(text, model)?.or(phong.filter),
+            b"tf" => phong.filter = color(text, word, model)?.or(phong.filter),
             b"illum" => phong.model = Some(text.number()? as i64),
-            b"pr" => phong.roughness = Some(text.number()?.clamp(0.0, 1.0)),
-            b"pm" => phong.metallic = Some(text.number()?.clamp(0.0, 1.0)),
-            b"pc" => phong.coat = Some(text.number()?.clamp(0.0, 1.0)),
-            b"pcr" => phong.coat_roughness = text.number()?.clamp(0.0, 1.0),
+            b"pr" => phong.roughness = Some(within(text, UNIT, word, model)?),
+            b"pm" => phong.metallic = Some(within(text, UNIT, word, model)?),
+            b"pc" => phong.coat = Some(within(text, UNIT, word, model)?),
+            b"pcr" => phong.coat_roughness = within(text, UNIT, word, model)?,
             b"ps" if text.number()? > 0.0 => {
                 warn(&mut model.warnings, Subject::NotSimulated, "sheen", String::new(), "sheen is left out");
             }
@@ -221,17 +224,35 @@ fn skip_picture(model: &mut Model, name: &str, why: &str) {
 }
 
 /// A color; none if it is written in a way that is left out.
-fn color(text: &mut Text<'_>, model: &mut Model) -> Result<Option<[f64; 3]>, Fault> {
+fn color(text: &mut Text<'_>, key: Word<'_>, model: &mut Model) -> Result<Option<[f64; 3]>, Fault> {
     let first = text.expected("a number")?;
     if matches!(first.text, b"spectral" | b"xyz") {
         let detail = "colors by a spectrum or by XYZ are left out";
         warn(&mut model.warnings, Subject::Skipped, "color-spectra", String::new(), detail);
         return Ok(None);
     }
-    let red = first.number()?.max(0.0);
+    let red = taken(first.number()?, POSITIVE, key, model);
     // One number is grey.
     let Some(green) = text.word() else { return Ok(Some([red; 3])) };
-    Ok(Some([red, green.number()?.max(0.0), text.number()?.max(0.0)]))
+    let green = taken(green.number()?, POSITIVE, key, model);
+    Ok(Some([red, green, within(text, POSITIVE, key, model)?]))
+}
+
+/// The next number, as the nearest in its range.
+fn within(text: &mut Text<'_>, range: [f64; 2], key: Word<'_>, model: &mut Model) -> Result<f64, Fault> {
+    Ok(taken(text.number()?, range, key, model))
+}
+
+/// A number as the nearest in its range. The first that is not is named.
+fn taken(number: f64, [least, most]: [f64; 2], key: Word<'_>, model: &mut Model) -> f64 {
+    let taken = number.clamp(least, most);
+    if taken != number {
+        let key = key.quoted();
+        let detail =
+            format!("numbers of MTL out of their ranges are taken as the nearest within: {number} of {key} as {taken}");
+        warn(&mut model.warnings, Subject::Assumed, "ranges", String::new(), &detail);
+    }
+    taken
 }
 
 /// What of Phong's model becomes something else.
@@ -273,7 +294,7 @@ impl Phong {
         let is_diffuse = matches!(self.model, Some(0 | 1)) && !is_pbr;
         let has_highlight = !is_diffuse && self.specular.is_none_or(|color| color.iter().any(|channel| *channel > 0.0));
         // m = 2 / alpha^2 - 2, and alpha is the square of the roughness.
-        let of_exponent = |exponent: f64| (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt();
+        let of_exponent = |exponent: f64| (2.0 / (exponent + 2.0)).sqrt().sqrt();
         // Glass: illumination models 4, 6, 7 and 9 trace what is seen through it.
         let is_glass = matches!(self.model, Some(4 | 6 | 7 | 9)) && material.opacity < 1.0;
         if !is_glass && material.ior <= 1.0 {

@@ -74,13 +74,14 @@ fn binary(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
 }
 
 /// Words that stand before others, or say nothing.
-const OTHERS: [&str; 5] = ["facet", "normal", "outer", "loop", "endfacet"];
+const OTHERS: [&str; 2] = ["normal", "outer"];
 
 fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
     let is_one_line = !bytes.trim_ascii().iter().any(|byte| matches!(byte, b'\n' | b'\r'));
     let mut text = Text::new(bytes);
     let mut faults = Faults::default();
     let mut polygon: Vec<[f64; 3]> = Vec::new();
+    let mut is_open = false;
     // Whether the words are a title: up to the end of its line, or where all is one line, up to the first facet.
     let mut is_title = false;
     for line in 0_u64.. {
@@ -98,6 +99,12 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
             if word_is("solid") || word_is("endsolid") {
                 is_title = true;
             } else if word_is("vertex") {
+                if !is_open {
+                    let detail = format!("{} stands outside of a loop", word.quoted());
+                    if !faults.push(word.fault(Kind::Invalid, detail)) {
+                        return Err(faults);
+                    }
+                }
                 if polygon.len() == MOST_CORNERS {
                     faults.push(too_many_corners().at(word.place));
                     return Err(faults);
@@ -112,6 +119,16 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
                     corners.add(&[polygon[0], polygon[i - 1], polygon[i]])?;
                 }
                 polygon.clear();
+                is_open = false;
+            } else if word_is("loop") || word_is("facet") || word_is("endfacet") {
+                if is_open {
+                    let detail = format!("{} stands inside of a loop: endloop is missing", word.quoted());
+                    if !faults.push(word.fault(Kind::Invalid, detail)) {
+                        return Err(faults);
+                    }
+                }
+                polygon.clear();
+                is_open = word_is("loop");
             } else if is_first && !OTHERS.iter().any(|name| word_is(name)) {
                 let detail = format!("{} is no word of STL", word.quoted());
                 if !faults.push(word.fault(Kind::Invalid, detail)) {

@@ -4,6 +4,7 @@
 
 use super::super::fault::{Fault, Faults, Kind, Place};
 use super::json::Document;
+use crate::strict_json;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -90,7 +91,7 @@ pub(super) fn read(text: &[u8]) -> Result<Document, Faults> {
         let detail = format!("{nested} lists and objects are over the limit of {ELEMENTS} (gltf_elements)");
         return Err(Faults::one(Fault::new("", Kind::Limit, detail)));
     }
-    let lists: Lists<'_> = serde_json::from_slice(text).map_err(|error| {
+    let lists = strict_json::from_slice::<Lists<'_>>(text).map_err(|error| {
         if !error.is_data() {
             let detail = format!("this is not JSON: {error}");
             return Faults::one(Fault::new("", Kind::Invalid, detail).at(Place::Json(offset(text, &error))));
@@ -135,7 +136,7 @@ fn check_version(text: &[u8], asset: Option<&RawValue>, faults: &mut Faults) {
         faults.push(Fault::new("/asset", Kind::MissingKey, detail));
         return;
     };
-    match serde_json::from_str::<Asset>(asset.get()) {
+    match strict_json::from_slice(asset.get().as_bytes()) {
         Ok(Asset { version, least }) => {
             let is_known = |version: &str| version.starts_with("2.");
             let (key, says, needed) = match least {
@@ -175,7 +176,7 @@ impl Elements<'_> {
         }
         let mut read = Vec::with_capacity(elements.len());
         for (i, element) in elements.into_iter().enumerate() {
-            match serde_json::from_str(element.get()) {
+            match strict_json::from_slice(element.get().as_bytes()) {
                 Ok(element) => read.push(element),
                 Err(error) => {
                     let start = start_of(self.text, element);

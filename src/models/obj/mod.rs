@@ -137,6 +137,7 @@ impl Reader {
             b"curv" | b"curv2" | b"surf" | b"cstype" => {
                 self.skip("curves", "free-form curves and surfaces are left out")
             }
+            b"call" | b"csh" => self.skip("files", "what call and csh bring from elsewhere is left out"),
             b"s" => {
                 let group = text.word().filter(|word| word.text != b"off");
                 let number = group.map(|word| std::str::from_utf8(word.text).ok()?.parse().ok());
@@ -144,7 +145,7 @@ impl Reader {
             }
             b"o" | b"g" | b"vp" | b"mg" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
             | b"sp" | b"end" | b"con" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"maplib" | b"usemap"
-            | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"call" | b"csh" => {}
+            | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" => {}
             _ => return Err(word.fault(Kind::Invalid, format!("{} is no statement of OBJ", word.quoted()))),
         }
         Ok(())

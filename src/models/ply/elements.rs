@@ -50,6 +50,8 @@ pub(super) struct Reader {
     /// Faces have colors, or texture coordinates of their own.
     face_colors: bool,
     face_uvs: bool,
+    /// A face has less than three corners.
+    has_few_corners: bool,
     budget: Budget,
     polygons: PolygonCutter,
 }
@@ -72,7 +74,8 @@ impl Reader {
     }
 
     fn vertices(&mut self, element: &Element, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
-        let meanings: Vec<_> = element.properties.iter().map(|property| Meaning::of(&property.name)).collect();
+        let meaning = |property: &Property| Meaning::of(&property.name).filter(|_| property.length.is_none());
+        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
         let has = |wanted: fn(&Meaning) -> bool| meanings.iter().flatten().filter(|meaning| wanted(meaning)).count();
         if has(|meaning| matches!(meaning, Meaning::Position(_))) < 3 {
             let detail = "vertices need the properties x, y and z";
@@ -88,7 +91,7 @@ impl Reader {
             pause(i)?;
             let (mut point, mut normal, mut uv, mut color) = ([0.0; 3], [0.0; 3], [0.0; 2], [1.0; 4]);
             for (property, meaning) in element.properties.iter().zip(&meanings) {
-                let Some(meaning) = meaning.filter(|_| property.length.is_none()) else {
+                let Some(meaning) = *meaning else {
                     skip(property, numbers)?;
                     continue;
                 };
@@ -130,6 +133,13 @@ impl Reader {
             let detail = "vertices come before faces";
             return Err(Fault::new("", Kind::Invalid, detail).at(element.place));
         }
+        let is_list = |property: &Property| {
+            property.length.is_some() && matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index")
+        };
+        if element.count > 0 && !element.properties.iter().any(is_list) {
+            let detail = "faces and strips need a list vertex_indices";
+            return Err(Fault::new("", Kind::MissingKey, detail).at(element.place));
+        }
         let has = |names: &[&[u8]]| element.properties.iter().any(|property| names.contains(&property.name.as_slice()));
         self.face_colors |= has(&[b"red", b"green", b"blue"]);
         self.face_uvs |= has(&[b"texcoord"]);
@@ -137,8 +147,7 @@ impl Reader {
         for i in 0..element.count {
             pause(i)?;
             for property in &element.properties {
-                let is_list = matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index");
-                let Some(length) = property.length.filter(|_| is_list) else {
+                let Some(length) = property.length.filter(|_| is_list(property)) else {
                     skip(property, numbers)?;
                     continue;
                 };
@@ -181,6 +190,7 @@ impl Reader {
         if corners.len() > MOST_CORNERS {
             return Err(too_many_corners());
         }
+        self.has_few_corners |= corners.len() < 3;
         self.budget.take(corners.len() as u64, 12)?;
         let positions = &self.geometry.positions;
         let triangles = self.polygons.cut(corners.len(), |corner| positions[corners[corner] as usize])?;
@@ -205,6 +215,7 @@ impl Reader {
         }
         for (is_there, what, detail) in [
             (self.face_colors, "colors", "colors of faces are left out: those of vertices are not"),
+            (self.has_few_corners, "faces", "faces with less than three corners are left out"),
             (self.face_uvs, "textures", "texture coordinates of faces are left out: those of vertices are not"),
         ] {
             if is_there {

@@ -32,9 +32,18 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
+/// What a header says.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    /// Whether a comment names a picture, as MeshLab writes it.
+    pub(super) names_picture: bool,
+}
+
 /// Reads the header.
-pub(super) fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fault> {
-    let mut encoding = None;
+pub(super) fn header(text: &mut Text<'_>) -> Result<Header, Fault> {
+    let (mut encoding, mut names_picture) = (None, false);
     let mut elements: Vec<Element> = Vec::new();
     text.word();
     while text.next_line() {
@@ -54,7 +63,8 @@ pub(super) fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fa
                     _ => return Err(name.fault(Kind::Unsupported, format!("the format {} is unknown", name.quoted()))),
                 });
             }
-            b"comment" | b"obj_info" => {}
+            b"comment" => names_picture |= text.word().is_some_and(|word| word.text == b"TextureFile"),
+            b"obj_info" => {}
             b"element" => {
                 let name = text.expected("the name of an element")?;
                 let count = text.expected("a number of elements")?;
@@ -62,6 +72,9 @@ pub(super) fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fa
                 let number: u64 = number.ok_or_else(|| {
                     count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted()))
                 })?;
+                if elements.iter().any(|element| element.name == name.text) {
+                    return Err(name.fault(Kind::Invalid, format!("{} is declared twice", name.quoted())));
+                }
                 let (name, place) = (name.text.to_vec(), word.place);
                 elements.push(Element { name, count: number, properties: Vec::new(), place });
             }
@@ -82,12 +95,15 @@ pub(super) fn header(text: &mut Text<'_>) -> Result<(Encoding, Vec<Element>), Fa
                 let element = elements.last_mut();
                 let element =
                     element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
+                if element.properties.iter().any(|property| property.name == next.text) {
+                    return Err(next.fault(Kind::Invalid, format!("{} is declared twice", next.quoted())));
+                }
                 element.properties.push(Property { name: next.text.to_vec(), length, scalar: of });
             }
             b"end_header" => {
                 text.next_line();
                 let missing = || Fault::new("", Kind::MissingKey, "the header does not say the format").at(word.place);
-                return Ok((encoding.ok_or_else(missing)?, elements));
+                return Ok(Header { encoding: encoding.ok_or_else(missing)?, elements, names_picture });
             }
             _ => return Err(word.fault(Kind::Invalid, format!("{} is no word of a header", word.quoted()))),
         }

@@ -4,17 +4,17 @@ mod elements;
 mod header;
 mod numbers;
 
-use super::fault::{Fault, Faults, Kind};
+use super::fault::{Fault, Faults, Kind, Subject, warn};
 use super::model::Model;
 use super::text::Text;
 use elements::Reader;
-use header::{Encoding, Property, header};
+use header::{Encoding, Header, Property, header};
 use numbers::Numbers;
 
 /// Reads a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
     let mut text = Text::new(bytes);
-    let (encoding, elements) = header(&mut text)?;
+    let Header { encoding, elements, names_picture } = header(&mut text)?;
     let rest = text.rest();
     let mut numbers = match encoding {
         Encoding::Text => Numbers::Text(text),
@@ -39,5 +39,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Model, Faults> {
         }
         reader.elements(element, &mut numbers)?;
     }
-    Ok(reader.into_model())
+    let mut model = reader.into_model();
+    if names_picture {
+        let detail = "the picture that the file names as TextureFile is left out";
+        warn(&mut model.warnings, Subject::Skipped, "pictures", String::new(), detail);
+    }
+    Ok(model)
 }

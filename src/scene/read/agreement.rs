@@ -2,10 +2,10 @@
 
 use super::diagnose::{Mend, diagnose};
 use super::mend::mend;
-use super::strict::Strict;
 use crate::scene::Description;
 use crate::scene::problem::push_token;
 use crate::scene::schema::schema;
+use crate::strict_json::Strict;
 use proptest::prelude::*;
 use serde::Deserialize;
 use serde_json::{Value, json};

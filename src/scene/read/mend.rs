@@ -4,9 +4,9 @@
 //! it.
 
 use super::diagnose::{Finding, Mend, Part};
-use super::strictly;
 use crate::scene::Description;
 use crate::scene::problem::{Code, Problem};
+use crate::strict_json;
 use serde_json::{Value, json};
 
 /// A scene whose unreadable parts are replaced.
@@ -60,7 +60,7 @@ pub(super) fn mend(mut scene: Value, findings: &[Finding]) -> Option<Mended> {
     }
     // As a text, since reading trees, too, would be as much code again as reading scenes.
     let text = serde_json::to_vec(&scene).ok()?;
-    Some(Mended { description: strictly(&text).ok()?, replaced })
+    Some(Mended { description: strict_json::from_slice(&text).ok()?, replaced })
 }
 
 fn replace(scene: &mut Value, part: &Part) {

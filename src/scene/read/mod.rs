@@ -5,7 +5,6 @@
 
 mod diagnose;
 mod mend;
-mod strict;
 mod syntax;
 mod wording;
 
@@ -13,11 +12,11 @@ use super::limits::{PROBLEMS_FOUND, SCENE_BYTES};
 use super::problem::{Code, Problem, unless_cancelled};
 use super::schema::{schema, schema_of};
 use super::{Description, Problems, locate};
+use crate::strict_json;
 use diagnose::{Finding, diagnose};
 use schemars::JsonSchema;
 use serde::de::{Deserialize, IgnoredAny};
 use serde_json::Value;
-use strict::Strict;
 use syntax::{first_problem, not_json, not_utf8};
 
 pub use mend::Mended;
@@ -56,7 +55,7 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
     if let Err(error) = std::str::from_utf8(text) {
         return Err(Unreadable::one(not_utf8(text, error.valid_up_to())));
     }
-    let error = match strictly::<Description>(text) {
+    let error = match strict_json::from_slice::<Description>(text) {
         Ok(description) if description.version == VERSION => return Ok(description),
         Ok(description) => return Err(Unreadable::one(wrong_version(text, &description.version.to_string()))),
         Err(error) => error,
@@ -71,7 +70,7 @@ pub fn read_json(text: &[u8]) -> Result<Description, Unreadable> {
 /// Reads JSON as another type, and checks its shape completely by the schema of that type. `name` is what it is.
 pub fn read_as<'a, T: Deserialize<'a> + JsonSchema>(text: &'a [u8], name: &str) -> Result<T, Problems> {
     let text = strip_mark(text);
-    strictly(text).map_err(|error| {
+    strict_json::from_slice(text).map_err(|error| {
         let found = value(text, &error)
             .map(|value| problems(text, &diagnose(schema_of::<T>().as_value(), name, &value), &error));
         Problems(found.unwrap_or_else(|problem| vec![problem]))
@@ -102,14 +101,6 @@ fn problems(text: &[u8], findings: &[Finding], error: &serde_json::Error) -> Vec
     problems.sort_by_key(|problem| (problem.line, problem.column));
     problems.truncate(PROBLEMS_FOUND);
     problems
-}
-
-/// Reads what the schema of a type allows, and nothing else.
-fn strictly<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
-    let mut deserializer = serde_json::Deserializer::from_slice(text);
-    let read = T::deserialize(Strict(&mut deserializer))?;
-    deserializer.end()?;
-    Ok(read)
 }
 
 /// The text without a byte order mark.

@@ -5,7 +5,7 @@ use crate::common::root;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The modules of `src/`; each may import those before it.
-const LAYERS: &str = "words math control lanes ray shape film metrics accel shading camera bound models scene sequence trace render inspect plan tradeoff reference";
+const LAYERS: &str = "words math control strict_json lanes ray shape film metrics accel shading camera bound models scene sequence trace render inspect plan tradeoff reference";
 
 #[test]
 fn the_library_imports_downwards_only() {
