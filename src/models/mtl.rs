@@ -469,4 +469,18 @@ mod tests {
             assert_eq!(read(&format!("newmtl a\n{lines}\n")).0[0].opacity, opacity, "{lines}");
         }
     }
+
+    #[test]
+    fn numbers_out_of_range_are_told() {
+        for (line, told) in [
+            ("Kd -1 0 0", "-1 of \"Kd\" as 0"),
+            ("d 2", "2 of \"d\" as 1"),
+            ("Pr 3", "3 of \"Pr\" as 1"),
+            ("Ni 0.5", "0.5 of \"Ni\" as 1"),
+        ] {
+            let (_, model) = read(&format!("newmtl a\n{line}\n"));
+            assert!(model.warnings[0].detail.ends_with(told), "{:?}", model.warnings);
+        }
+        assert!(read("newmtl a\nKd 1 0 0\nd 1\nNs 0\nNi 1\n").1.warnings.is_empty());
+    }
 }

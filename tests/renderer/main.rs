@@ -24,6 +24,7 @@ mod models {
     mod bounds;
     mod exporters;
     mod files;
+    mod forbidden;
     mod look;
     mod materials;
     mod pictures;
