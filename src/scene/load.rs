@@ -181,13 +181,13 @@ fn load_model<E>(
         Some(kind) => model::import(kind, (*bytes).as_ref(), overrides, files)?,
         None => model::import_parts((*bytes).as_ref(), overrides, files)?,
     };
-    drop(bytes);
     let model::Imported { mut description, from_files, views, pictures: names } = imported;
     overrides.apply(&mut description);
     let steps = Steps::read(start);
     let checked = steps.checked(&description, files, accept, None);
-    let (mut pictures, warnings) =
-        checked.map_err(|error| error.with(|problems| named(&description, &names, problems, false)))?;
+    let in_file = |problems| model::located(kind, (*bytes).as_ref(), named(&description, &names, problems, false));
+    let (mut pictures, warnings) = checked.map_err(|error| error.with(in_file))?;
+    drop(bytes);
     pictures.from_files |= from_files;
     let scene = steps.build(&description, NffOptions::default(), pictures, warnings, None)?;
     let loaded = steps.loaded(description, scene, NffOptions::default(), Vec::new());

@@ -25,6 +25,7 @@ pub use super::description::UpAxis;
 use super::description::{Description, PictureNames};
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
+use crate::models::parts::Part;
 use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Subject, Up, Warning, Which, parts, shortened};
 use glam::DMat4;
 use placed_meshes::Placed;
@@ -144,13 +145,7 @@ pub fn import(
 pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> Result<Imported, Problems> {
     let wrong = |why: String| Problems::one(Problem::new("", Code::InvalidModel, why));
     let all = parts::split(bytes).map_err(wrong)?;
-    let file = parts::model_of(&all).map_err(wrong)?;
-    let format = super::recognise::model_format(file.bytes, Some(file.name)).ok_or_else(|| {
-        wrong(format!(
-            "the part {} is no model: name one .gltf, .glb, .obj, .stl or .ply",
-            super::problem::quoted(file.name)
-        ))
-    })?;
+    let (file, format) = model_among(&all).map_err(wrong)?;
     let named = parts::Named::new(&all);
     let mut model = read_upright(format, file.bytes, &|name: &str| named.read(name), &overrides.model)?;
     if let Some(field) = parts::field_of(&all, &file) {
@@ -163,6 +158,28 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> R
     let imported = imported.map_err(|problems| problems::placed(format, file.bytes, problems))?;
     // The parts are of this request, and never change.
     Ok(Imported { from_files: false, ..imported })
+}
+
+/// The model among the parts of a body.
+fn model_among<'a>(all: &[Part<'a>]) -> Result<(Part<'a>, ModelFormat), String> {
+    let file = parts::model_of(all)?;
+    let format = super::recognise::model_format(file.bytes, Some(file.name)).ok_or_else(|| {
+        format!("the part {} is no model: name one .gltf, .glb, .obj, .stl or .ply", super::problem::quoted(file.name))
+    })?;
+    Ok((file, format))
+}
+
+/// Problems of the scene of a model, at their places in its file as far as they are known there. Without a format the file is in
+/// several parts.
+pub(super) fn located(format: Option<ModelFormat>, bytes: &[u8], problems: Problems) -> Problems {
+    if let Some(format) = format {
+        return problems::placed(format, bytes, problems);
+    }
+    let all = parts::split(bytes).unwrap_or_default();
+    match model_among(&all) {
+        Ok((file, format)) => problems::placed(format, file.bytes, problems),
+        Err(_) => problems,
+    }
 }
 
 /// Reads a model, and turns it so that y is up.

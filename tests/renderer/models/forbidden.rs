@@ -3,8 +3,7 @@
 use super::look::{FRONT, imported, matte, overrides, quads, seen};
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;
-use strahl::scene::model::import;
-use strahl::scene::{Format, NoFiles, Overrides, Problem};
+use strahl::scene::{Format, Overrides, Problem, load};
 
 /// A square, with more keys in its file.
 fn square(more: Value) -> Vec<u8> {
@@ -16,8 +15,8 @@ fn warned(format: ModelFormat, bytes: &[u8], overrides: &Overrides) -> Vec<Strin
     warnings.into_iter().map(|warning| warning.detail).collect()
 }
 
-fn refused(format: ModelFormat, bytes: &[u8], overrides: &Overrides) -> Problem {
-    let problem = import(format, bytes, overrides, &NoFiles).unwrap_err().0.remove(0);
+fn refused(format: Format, bytes: &[u8], overrides: &Overrides) -> Problem {
+    let problem = load(bytes, format, overrides).unwrap_err().0.remove(0);
     assert!(problem.line.is_some() || problem.offset.is_some(), "{problem:?}");
     problem
 }
@@ -53,7 +52,7 @@ fn a_list_is_no_object() {
         ("asset", json!(["2.0"])),
         ("extensions", json!([[["point"]]])),
     ] {
-        let problem = refused(ModelFormat::Gltf, &square(json!({ key: value })), &overrides("front"));
+        let problem = refused(Format::Gltf, &square(json!({ key: value })), &overrides("front"));
         assert!(problem.pointer.starts_with(&format!("/{key}")), "{problem:?}");
     }
 }
@@ -100,11 +99,11 @@ fn cameras_that_cannot_be_are_refused_where_they_stand() {
     let orthographic = |ymag: f64| json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": ymag, "zfar": 1, "znear": 0 } });
     for ymag in [0.0, 1e300] {
         let file = camera(orthographic(ymag), 3.0);
-        assert_eq!(refused(ModelFormat::Gltf, &file, &through(0)).pointer, "/cameras/0/orthographic/ymag", "{ymag}");
+        assert_eq!(refused(Format::Gltf, &file, &through(0)).pointer, "/cameras/0/orthographic/ymag", "{ymag}");
         // Who does not look through it does not need it.
         imported(&file, ModelFormat::Gltf, &overrides("front"));
     }
-    assert_eq!(refused(ModelFormat::Gltf, &camera(orthographic(1.0), 1e16), &through(0)).pointer, "/cameras/0");
+    assert_eq!(refused(Format::Gltf, &camera(orthographic(1.0), 1e16), &through(0)).pointer, "/cameras/0");
     let perspective = |yfov: f64| json!({ "type": "perspective", "perspective": { "yfov": yfov, "znear": 0.1 } });
     for (yfov, told) in [(0.000_3, true), (4.0, true), (-1.0, true), (1.0, false)] {
         let warned = warned(ModelFormat::Gltf, &camera(perspective(yfov), 3.0), &through(0));
@@ -132,16 +131,16 @@ fn each_refusal_has_a_place() {
     let broken = json!({ "images": [{ "uri": "data:image/png;base64,iVBORw0KGgo=" }], "textures": [{ "source": 0 }] });
     let mut textured = matte([1.0; 3]);
     textured["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
-    let picture = refused(ModelFormat::Gltf, &quads(&[(FRONT, textured)], broken), &view);
+    let picture = refused(Format::Gltf, &quads(&[(FRONT, textured)], broken), &view);
     assert_eq!(picture.pointer, "/images/0");
     // Of a square in the plane of x and y nothing is left without y.
     let flat = json!({ "nodes": [{ "mesh": 0, "matrix": [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }] });
-    assert!(refused(ModelFormat::Gltf, &square(flat), &view).detail.contains("nothing to see"));
+    assert!(refused(Format::Gltf, &square(flat), &view).detail.contains("nothing to see"));
     let huge = json!({ "nodes": [{ "mesh": 0, "scale": [1e90, 1e90, 1e90] }] });
-    assert!(refused(ModelFormat::Gltf, &square(huge), &view).detail.contains("units large"));
-    refused(ModelFormat::Obj, b"v 0 0 0\nv 1 0 0\n", &view);
-    refused(ModelFormat::Stl, b"solid nothing\nendsolid\n", &view);
-    refused(ModelFormat::Ply, b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n", &view);
+    assert!(refused(Format::Gltf, &square(huge), &view).detail.contains("units large"));
+    refused(Format::Obj, b"v 0 0 0\nv 1 0 0\n", &view);
+    refused(Format::Stl, b"solid nothing\nendsolid\n", &view);
+    refused(Format::Ply, b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n", &view);
 }
 
 #[test]
@@ -164,13 +163,13 @@ fn other_formats_tell_what_they_leave_out() {
         (format!("{xyz}{xyz}"), faces.to_owned(), Some(7)),
         (xyz.to_owned(), faces.replace("vertex_indices", "vertex_idx"), Some(7)),
     ] {
-        let problem = refused(ModelFormat::Ply, &ply(&vertex, &face, "3 0 1 2\n3 0 1 2\n"), &view);
+        let problem = refused(Format::Ply, &ply(&vertex, &face, "3 0 1 2\n3 0 1 2\n"), &view);
         assert_eq!(problem.line, place, "{problem:?}");
     }
     let stl = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
     imported(stl.as_bytes(), ModelFormat::Stl, &view);
     for (wrong, line) in [(stl.replace("endloop\n", ""), 7), (stl.replace("outer loop\n", ""), 3)] {
-        assert_eq!(refused(ModelFormat::Stl, wrong.as_bytes(), &view).line, Some(line), "{wrong}");
+        assert_eq!(refused(Format::Stl, wrong.as_bytes(), &view).line, Some(line), "{wrong}");
     }
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncall other.obj\n";
     assert!(warned(ModelFormat::Obj, obj.as_bytes(), &view).iter().any(|it| it.contains("call")));
