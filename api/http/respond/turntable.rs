@@ -87,6 +87,7 @@ pub(crate) fn parameters(query: &mut Query) -> (Option<u32>, Option<[u32; 2]>, O
 
 /// Refuses what belongs to a turntable, where none is asked for.
 pub(crate) fn refuse_without(query: &mut Query) {
+    query.refuse("turntable", "it is a job of frames, which POST /v1/render alone starts");
     for name in ["sheet", "rate"] {
         query.refuse(name, "it belongs to a turntable: add turntable=COUNT");
     }
