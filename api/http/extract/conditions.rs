@@ -30,6 +30,14 @@ pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) ->
     if method.is_safe() { Verdict::NotModified } else { Verdict::Failed }
 }
 
+/// Whether a request may act by its conditions: on what has an entity tag with its quotes, or where nothing is.
+pub(crate) fn may_act(headers: &HeaderMap, found: Option<&str>) -> bool {
+    match found {
+        Some(etag) => weigh(&Method::DELETE, headers, Some(etag)) == Verdict::Proceed,
+        None => !headers.contains_key(header::IF_MATCH),
+    }
+}
+
 /// Whether the client has the version with this entity tag.
 pub(crate) fn is_known(headers: &HeaderMap, etag: &str) -> bool {
     names(headers, header::IF_NONE_MATCH, Some(etag), true)
@@ -79,5 +87,21 @@ mod tests {
         }
         let headers = HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static("\"a\""))]);
         assert_eq!(weigh(&Method::GET, &headers, None), Verdict::Proceed);
+    }
+
+    #[test]
+    fn any_tag_is_one_of_what_is_there() {
+        for (name, value, [there, absent]) in [
+            (header::IF_MATCH, "*", [true, false]),
+            (header::IF_MATCH, "\"a\"", [true, false]),
+            (header::IF_MATCH, "\"b\"", [false, false]),
+            (header::IF_NONE_MATCH, "*", [false, true]),
+            (header::IF_NONE_MATCH, "\"a\"", [false, true]),
+            (header::IF_NONE_MATCH, "\"b\"", [true, true]),
+        ] {
+            let headers = HeaderMap::from_iter([(name.clone(), HeaderValue::from_static(value))]);
+            assert_eq!([Some("\"a\""), None].map(|found| may_act(&headers, found)), [there, absent], "{name} {value}");
+        }
+        assert!(may_act(&HeaderMap::new(), None) && may_act(&HeaderMap::new(), Some("\"a\"")));
     }
 }

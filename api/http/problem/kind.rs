@@ -93,7 +93,8 @@ kinds! {
     PreconditionFailed = "precondition-failed", PRECONDITION_FAILED,
         "Precondition failed",
         "A job: another client has changed it; get it again and send the change with its new ETag. A picture: only \
-         GET and QUERY answer 304 to a client that has it already.";
+         GET and QUERY answer 304 to a client that has it already. An asset or a scene: nothing was done, since it is there, \
+         or is not, or is another.";
     BodyTimeout = "body-timeout", REQUEST_TIMEOUT, "The body took too long to arrive",
         "Send it faster or make it smaller; NFF may be sent compressed.";
     Saturated = "saturated", SERVICE_UNAVAILABLE, "The service is busy",

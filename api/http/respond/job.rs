@@ -5,6 +5,7 @@ use super::image::tiles_of;
 use super::picture::{self, Freshness, ResponseContext, address_of};
 use super::put;
 use crate::http::auth::tenant::Tenant;
+use crate::http::extract::conditions::may_act;
 use crate::http::problem::{Kind, Problem, ProblemSummary};
 use crate::http::state::{App, AppState};
 use crate::service::ANONYMOUS;
@@ -306,6 +307,11 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
 /// The ETag of a version of a job.
 pub(crate) fn etag(version: u64) -> String {
     format!("\"v{version}\"")
+}
+
+/// Whether the conditions of a request that acts on a job hold.
+pub(crate) fn holds(headers: &HeaderMap, job: &Job) -> bool {
+    may_act(headers, Some(&etag(job.record().version)))
 }
 
 /// The answer with the picture of a job.

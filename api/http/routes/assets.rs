@@ -1,7 +1,7 @@
 //! `/v1/assets`: files that scenes name by their SHA-256, sent once.
 
 use crate::http::extract::bounded::BoundedList;
-use crate::http::extract::conditions::{Verdict, has_any, weigh};
+use crate::http::extract::conditions::{Verdict, has_any, may_act, weigh};
 use crate::http::extract::{body as request_body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -31,6 +31,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::put("/v1/assets/{sha256}", put, ["putAsset", "assets", about_put])
             .needs(Scope::Render)
             .path("sha256", digits)
+            .header("If-None-Match", "`*`: only if you have not sent it.")
             .body(Body::file("The bytes, of whatever type"))
             .answer(201, "It is yours now", &sent)
             .answer(200, "You have sent it before", &sent),
@@ -50,6 +51,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::delete("/v1/assets/{sha256}", remove, ["removeAsset", "assets", about_remove])
             .needs(Scope::Render)
             .path("sha256", digits)
+            .header("If-Match", "The asset's ETag.")
             .answer(204, "It is forgotten", &[]),
         Route::post("/v1/assets/missing", missing, ["missingAssets", "assets", about_missing])
             .needs(Scope::Render)
@@ -95,19 +97,24 @@ async fn post(state: State<App>, request: Request) -> Result<Response, Problem> 
 
 async fn send(State(app): State<App>, expected: Option<String>, request: Request) -> Result<Response, Problem> {
     let (parts, body) = request.into_parts();
-    let check = || {
+    let tenant = Tenant::of(&parts.extensions);
+    let check = async {
         app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
-        expected.as_deref().map(known_hash).transpose()
+        let expected = expected.as_deref().map(known_hash).transpose()?;
+        if let Some(hash) = expected.as_ref().filter(|_| has_any(&parts.headers)) {
+            let found = app.service.asset_size(tenant.name.clone(), hash.clone()).await?;
+            check_conditions(&parts.headers, hash, found.is_some())?;
+        }
+        Ok(expected)
     };
-    let expected = match check() {
+    let expected = match check.await {
         Ok(expected) => expected,
         Err(problem) => {
             request_body::discard(&app, &parts.headers, body).await;
             return Err(problem);
         }
     };
-    let tenant = Tenant::of(&parts.extensions);
     let bytes = request_body::read(&app, &tenant, &parts.headers, body).await?;
     let length = bytes.len() as u64;
     if length == 0 {
@@ -127,7 +134,7 @@ async fn get(
     request: Request,
 ) -> Result<Response, Problem> {
     let hash = known_hash(&hash)?;
-    let etag = format!("\"{hash}\"");
+    let etag = etag(&hash);
     let digest = HEXLOWER.decode(hash.as_bytes()).unwrap_or_default();
     let mut headers = HeaderMap::new();
     let mut add = |name: header::HeaderName, value: String| {
@@ -188,13 +195,34 @@ async fn remove(
     State(app): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(hash): Path<String>,
+    headers: HeaderMap,
 ) -> Result<StatusCode, Problem> {
     let hash = known_hash(&hash)?;
+    if has_any(&headers) {
+        let found = app.service.asset_size(tenant.name.clone(), hash.clone()).await?;
+        found.ok_or_else(|| not_yours(&hash))?;
+        check_conditions(&headers, &hash, true)?;
+    }
     if app.service.remove_asset(tenant.name.clone(), hash.clone()).await? {
         Ok(StatusCode::NO_CONTENT)
     } else {
         Err(not_yours(&hash))
     }
+}
+
+/// The ETag of an asset.
+fn etag(hash: &str) -> String {
+    format!("\"{hash}\"")
+}
+
+/// Refuses to act on an asset if the conditions of the request do not hold.
+fn check_conditions(headers: &HeaderMap, hash: &str, is_there: bool) -> Result<(), Problem> {
+    let etag = is_there.then(|| etag(hash));
+    if may_act(headers, etag.as_deref()) {
+        return Ok(());
+    }
+    let detail = etag.map_or_else(|| "you have not sent the asset".into(), |etag| format!("the asset is {etag}"));
+    Err(Problem::new(Kind::PreconditionFailed, detail))
 }
 
 fn not_yours(hash: &str) -> Problem {

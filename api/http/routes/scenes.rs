@@ -1,6 +1,6 @@
 //! `/v1/scenes`: scenes that are stored by their ids, so that their pictures have URLs.
 
-use crate::http::extract::conditions::{Verdict, weigh};
+use crate::http::extract::conditions::{Verdict, may_act, weigh};
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::prelude::*;
 use crate::http::respond::body;
@@ -53,6 +53,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::delete("/v1/scenes/{scene_id}", remove, ["removeScene", "pictures", about_remove])
             .needs(Scope::Render)
             .path("scene_id", "As `POST /v1/scenes` says it.")
+            .header("If-Match", "The scene's ETag.")
             .answer(204, "It is forgotten", &[]),
     ]
 }
@@ -136,11 +137,11 @@ async fn get(
     method: Method,
     conditions: HeaderMap,
 ) -> Result<Response, Problem> {
-    let etag = format!("\"{id}\"");
+    let etag = etag(&id);
     let text = app.service.scene_text(tenant.task(Class::Renders), id, owner(&tenant)).await?;
     match weigh(&method, &conditions, Some(&etag)) {
         Verdict::NotModified => return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, etag)]).into_response()),
-        Verdict::Failed => return Err(Problem::new(Kind::PreconditionFailed, format!("the scene is {etag}"))),
+        Verdict::Failed => return Err(other_scene(&etag)),
         Verdict::Proceed => {}
     }
     let headers = [(header::CONTENT_TYPE, "application/json"), (header::ETAG, &etag)];
@@ -181,13 +182,29 @@ async fn remove(
     State(app): State<App>,
     Extension(tenant): Extension<Arc<Tenant>>,
     Path(id): Path<String>,
+    conditions: HeaderMap,
 ) -> Result<StatusCode, Problem> {
+    let unknown = || Problem::new(Kind::NotFound, format!("you have sent no scene {id}, or it is forgotten already"));
+    let etag = etag(&id);
+    if !may_act(&conditions, Some(&etag)) {
+        // Who has not sent it hears nothing of it.
+        let is_known = app.service.is_known_scene(id.clone(), owner(&tenant)).await?;
+        return Err(if is_known { other_scene(&etag) } else { unknown() });
+    }
     match app.service.forget_scene(id.clone(), owner(&tenant)).await? {
-        Released::Unknown => {
-            Err(Problem::new(Kind::NotFound, format!("you have sent no scene {id}, or it is forgotten already")))
-        }
+        Released::Unknown => Err(unknown()),
         Released::Shared | Released::Gone => Ok(StatusCode::NO_CONTENT),
     }
+}
+
+/// The ETag of a scene.
+fn etag(id: &str) -> String {
+    format!("\"{id}\"")
+}
+
+/// The scene is another one than the request wants.
+fn other_scene(etag: &str) -> Problem {
+    Problem::new(Kind::PreconditionFailed, format!("the scene is {etag}"))
 }
 
 /// Whose scenes a tenant may read and remove: its own, and operators those of all.

@@ -149,10 +149,21 @@ impl Service {
         Ok(work.workers.work(|| canonical(&mut built.loaded.description))?)
     }
 
+    /// Whether an owner has sent a scene, or anybody. This may wait for the store.
+    fn knows(&self, id: &str, owner: Option<&str>) -> Result<bool, Error> {
+        let unread = |error: io::Error| Error::io("the stored scene cannot be read", &error);
+        Ok(is_scene_id(id) && self.scenes.store.is_known(id, owner).map_err(unread)?)
+    }
+
+    /// Whether an owner has sent a scene, or anybody.
+    pub(crate) async fn is_known_scene(self: &Arc<Self>, id: String, owner: Option<String>) -> Result<bool, Error> {
+        let (service, tenant) = (Arc::clone(self), owner.clone().unwrap_or_default());
+        self.storage_threads.run(&tenant, move || service.knows(&id, owner.as_deref())).await?
+    }
+
     /// How a variation of a scene is sent, for an owner who may read the scene. This may wait for the store.
     pub(crate) fn variation_of(&self, id: &str, owner: Option<&str>) -> Result<Form, Error> {
-        let unread = |error: io::Error| Error::io("the stored scene cannot be read", &error);
-        if is_scene_id(id) && self.scenes.store.is_known(id, owner).map_err(unread)? {
+        if self.knows(id, owner)? {
             Ok(Form::Variation(id.to_owned()))
         } else {
             Err(Error::UnknownScene(id.to_owned()))

@@ -78,9 +78,27 @@ fn assets_are_sent_found_and_deleted() {
     assert!(service.get(&named).body == cube, "by the name that scenes have for it");
     assert_eq!(service.send("PUT", &named, &[], &cube).header("location"), path);
 
-    assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
+    // Who acts on a condition acts on nothing else.
+    let with = |method: &str, name: &str, value: &str| {
+        let body = if method == "PUT" { &cube[..] } else { b"" };
+        service.send(method, &path, &[(name, value)], body)
+    };
+    for (method, name, value) in [
+        ("PUT", "If-None-Match", "*"),
+        ("PUT", "If-Match", "\"other\""),
+        ("DELETE", "If-None-Match", etag.as_str()),
+        ("DELETE", "If-Match", "\"other\""),
+    ] {
+        with(method, name, value).problem(412, "precondition-failed");
+    }
+    assert_eq!(with("PUT", "If-Match", "*").status, 200);
+    service.send("DELETE", &unknown, &[("If-Match", "\"other\"")], b"").problem(404, "not-found");
+    assert_eq!(with("DELETE", "If-Match", &etag).status, 204);
     service.send("DELETE", &path, &[], b"").problem(404, "not-found");
     service.get(&path).problem(404, "not-found");
+    with("PUT", "If-Match", "*").problem(412, "precondition-failed");
+    service.get(&path).problem(404, "not-found");
+    assert_eq!(with("PUT", "If-None-Match", "*").status, 201);
     service.post_json("/v1/assets/missing", r#"{"sha256": ["abc"]}"#).problem(422, "invalid-request");
 }
 

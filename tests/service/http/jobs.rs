@@ -200,7 +200,14 @@ fn priorities_change_and_deleted_jobs_are_gone() {
     with(&service, "PATCH", &path, &[("If-Match", &tag)], r#"{"priority": 10}"#).problem(412, "precondition-failed");
     with(&service, "PATCH", &path, &[], r#"{"priority": 101}"#).problem(422, "invalid-request");
     with(&service, "PATCH", &path, &[], r#"{"prio": 1}"#).problem(422, "invalid-request");
-    assert_eq!(service.send("DELETE", &path, &[], b"").status, 204);
+    let cancel = format!("{path}/cancel");
+    for (method, path) in [("DELETE", &path), ("POST", &cancel)] {
+        for condition in [("If-Match", "\"other\""), ("If-None-Match", "*")] {
+            service.send(method, path, &[condition], b"").problem(412, "precondition-failed");
+        }
+    }
+    assert!(!["canceled", "failed"].contains(&text(&service.get(&path).json()["state"])));
+    assert_eq!(service.send("DELETE", &path, &[("If-Match", "*")], b"").status, 204);
     service.get(&path).problem(404, "not-found");
     // The answer does not wait for the end of the work.
     no_job_runs(&service);

@@ -128,7 +128,11 @@ fn the_same_scene_has_the_same_name_however_it_is_written() {
 
     let picture = format!("/v1/images/{image}.png");
     assert_eq!(service.get(&picture).body, service.post_json("/v1/render", BALL).body);
-    assert_eq!(service.send("DELETE", &place, &[], b"").status, 204);
+    service.send("DELETE", &place, &[("If-Match", "\"other\"")], b"").problem(412, "precondition-failed");
+    service.send("DELETE", &place, &[("If-None-Match", "*")], b"").problem(412, "precondition-failed");
+    service.send("DELETE", "/v1/scenes/s_none", &[("If-None-Match", "*")], b"").problem(404, "not-found");
+    let own = format!("\"{}\"", place.rsplit('/').next().unwrap());
+    assert_eq!(service.send("DELETE", &place, &[("If-Match", &own)], b"").status, 204);
     for path in [place.as_str(), picture.as_str()] {
         service.get(path).problem(404, "not-found");
     }

@@ -6,7 +6,7 @@ use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
-use crate::http::respond::job::{JobView, etag, shown};
+use crate::http::respond::job::{JobView, etag, holds, shown};
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
@@ -18,6 +18,7 @@ const CHANGE_BYTES: usize = 4_096;
 
 pub(super) fn routes() -> Vec<Route> {
     let job = [Content::json::<JobView>()];
+    let tag = "The job's ETag: nothing is done if the job has been changed since.";
     let about_forget = "Forgets a job, its picture included; it is stopped first if it still runs. It costs no units.";
     vec![
         Route::patch(
@@ -35,11 +36,13 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Jobs)
             .free()
             .path("id", ID)
+            .header("If-Match", tag)
             .answer(202, "The job, which stops within a tenth of a second", &job),
         Route::delete("/v1/jobs/{id}", forget, ["forgetJob", "jobs", about_forget])
             .needs(Scope::Jobs)
             .free()
             .path("id", ID)
+            .header("If-Match", tag)
             .answer(204, "It is forgotten", &[]),
     ]
 }
@@ -70,11 +73,7 @@ async fn change(
     }
     let conditions = headers.clone();
     let is_wanted = move |version: u64| weigh(&Method::PATCH, &conditions, Some(&etag(version))) != Verdict::Failed;
-    let other = |version: u64| {
-        let is = format!("the job is {} by now", etag(version));
-        let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok());
-        Problem::new(Kind::PreconditionFailed, wanted.map_or(is.clone(), |wanted| format!("{is}, not {wanted}")))
-    };
+    let other = |version: u64| other_version(&headers, version);
     let version = job.record().version;
     if !is_wanted(version) {
         return Err(other(version));
@@ -93,7 +92,24 @@ async fn change(
     Ok(shown(&app, &job).await)
 }
 
-async fn cancel(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<Response, Problem> {
+/// The job has another version than the request wants.
+fn other_version(headers: &HeaderMap, version: u64) -> Problem {
+    let is = format!("the job is {} by now", etag(version));
+    let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok());
+    Problem::new(Kind::PreconditionFailed, wanted.map_or(is.clone(), |wanted| format!("{is}, not {wanted}")))
+}
+
+/// Refuses to act on a job if the conditions of the request do not hold.
+fn check_conditions(headers: &HeaderMap, job: &Job) -> Result<(), Problem> {
+    if holds(headers, job) { Ok(()) } else { Err(other_version(headers, job.record().version)) }
+}
+
+async fn cancel(
+    State(app): State<App>,
+    NamedJob { job, .. }: NamedJob,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    check_conditions(&headers, &job)?;
     let canceled = {
         let (app, job) = (Arc::clone(&app), Arc::clone(&job));
         blocking(move || app.service.jobs.cancel(&job)).await?.map_err(not_kept)?
@@ -112,7 +128,12 @@ fn over(job: &Job) -> Problem {
     Problem::new(Kind::Conflict, format!("job {} is {} already", record.id, record.state.name()))
 }
 
-async fn forget(State(app): State<App>, NamedJob { job, .. }: NamedJob) -> Result<StatusCode, Problem> {
+async fn forget(
+    State(app): State<App>,
+    NamedJob { job, .. }: NamedJob,
+    headers: HeaderMap,
+) -> Result<StatusCode, Problem> {
+    check_conditions(&headers, &job)?;
     blocking(move || app.service.jobs.forget(&job)).await?.map_err(not_kept)?;
     Ok(StatusCode::NO_CONTENT)
 }
