@@ -224,6 +224,10 @@ fn renders_become_jobs_when_the_client_prefers_it() {
     assert_eq!(picture.dimensions(), (40, 30));
     let in_time = with(&service, "POST", "/v1/render?width=50&height=30", &[("Prefer", "wait=20")], BALL);
     assert_eq!(in_time.picture().dimensions(), (50, 30));
+    let other = [("Prefer", "foo=\"a,respond-async,b\"; respond-async")];
+    let at_once = with(&service, "POST", "/v1/render?width=60&height=30", &other, BALL);
+    assert_eq!(at_once.picture().dimensions(), (60, 30));
+    assert_eq!(at_once.header("preference-applied"), "");
     assert_eq!((in_time.header("preference-applied"), in_time.header("vary")), ("wait=20", "Accept"));
     let too_late =
         with(&service, "POST", "/v1/render?width=1024&height=1024", &[("Prefer", "respond-async, wait=1")], SLOW);
