@@ -97,6 +97,9 @@ kinds! {
          or is not, or is another.";
     BodyTimeout = "body-timeout", REQUEST_TIMEOUT, "The body took too long to arrive",
         "Send it faster or make it smaller; NFF may be sent compressed.";
+    NotImplemented = "not-implemented", NOT_IMPLEMENTED, "The body's transfer coding is not understood",
+        "Send the body with Content-Length, or with Transfer-Encoding: chunked and no other coding. A body that is \
+         compressed has Content-Encoding: gzip.";
     Saturated = "saturated", SERVICE_UNAVAILABLE, "The service is busy",
         "Try again after the seconds in the Retry-After header.";
     Draining = "draining", SERVICE_UNAVAILABLE, "The service is about to stop",

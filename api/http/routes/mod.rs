@@ -32,6 +32,7 @@ use super::middleware::auth_gate::{identify, require};
 use super::middleware::cors::cors;
 use super::middleware::host_gate::{check_admin_host, check_host};
 use super::middleware::request_log::request_log;
+use super::middleware::transfer_gate::check_transfer;
 use super::problem::{Kind, Problem};
 use super::state::App;
 use axum::Router;
@@ -107,6 +108,7 @@ pub(crate) fn router(app: App) -> Router {
                 .layer(from_fn_with_state(Arc::clone(&app), cors))
                 .layer(from_fn_with_state(Arc::clone(&app), request_log))
                 .layer(CatchPanicLayer::custom(panicked))
+                .layer(from_fn(check_transfer))
                 .layer(from_fn_with_state(Arc::clone(&app), check_host))
                 .layer(from_fn_with_state(Arc::clone(&app), identify))
                 // Bodies are read by `extract::body`, which has limits of its own.

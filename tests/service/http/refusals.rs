@@ -258,6 +258,24 @@ fn a_large_body_is_refused_before_it_is_sent() {
 }
 
 #[test]
+fn bodies_come_in_no_transfer_coding_but_chunks() {
+    let service = Service::start(&[]);
+    let send = |codings: &[&str]| {
+        let mut stream = service.connect();
+        let lines: String = codings.iter().map(|coding| format!("Transfer-Encoding: {coding}\r\n")).collect();
+        let head = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nConnection: close\r\n";
+        let body = format!("{:x}\r\n{BALL}\r\n0\r\n\r\n", BALL.len());
+        stream.write_all(format!("{head}{lines}\r\n{body}").as_bytes()).unwrap();
+        Answer::read(stream)
+    };
+    for codings in [&["gzip, chunked"][..], &["gzip", "chunked"], &["chunked, chunked"]] {
+        send(codings).problem(501, "not-implemented");
+    }
+    send(&["gzip"]).problem(400, "malformed-request");
+    send(&["Chunked"]).picture();
+}
+
+#[test]
 fn changes_have_to_arrive_in_time_and_are_small() {
     let service = Service::start(&["--body-timeout", "0.5"]);
     let job = submit(&service, BALL, "");
