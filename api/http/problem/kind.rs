@@ -57,7 +57,7 @@ kinds! {
     InvalidEncoding = "invalid-encoding", BAD_REQUEST, "The body cannot be decompressed",
         "A body with Content-Encoding: gzip has to be a complete gzip file.";
     MalformedRequest = "malformed-request", BAD_REQUEST, "Malformed HTTP request",
-        "The service speaks HTTP/1.1 without TLS.";
+        "`detail` says what is wrong. The service speaks HTTP/1.1 without TLS.";
     MisdirectedRequest = "misdirected-request", MISDIRECTED_REQUEST, "The service does not answer under this name",
         "Ask for http://127.0.0.1 and its port. The operator can name another address with --public-url, or give keys.";
     UriTooLong = "uri-too-long", URI_TOO_LONG, "The URI is too long",

@@ -102,6 +102,11 @@ async fn send(State(app): State<App>, expected: Option<String>, request: Request
         app.drain.accepts_work()?;
         Query::of(&parts.uri)?.finish()?;
         let expected = expected.as_deref().map(known_hash).transpose()?;
+        if expected.is_some() && parts.headers.contains_key(header::CONTENT_RANGE) {
+            // As RFC 9110 wants it, section 14.5.
+            let detail = "an asset is sent whole: Content-Range, which says that this is a part of it, is not taken";
+            return Err(Problem::new(Kind::MalformedRequest, detail));
+        }
         if let Some(hash) = expected.as_ref().filter(|_| has_any(&parts.headers)) {
             let found = app.service.asset_size(tenant.name.clone(), hash.clone()).await?;
             check_conditions(&parts.headers, hash, found.is_some())?;

@@ -78,6 +78,8 @@ fn assets_are_sent_found_and_deleted() {
     assert!(service.get(&named).body == cube, "by the name that scenes have for it");
     assert_eq!(service.send("PUT", &named, &[], &cube).header("location"), path);
 
+    let range = format!("bytes 0-{}/{}", cube.len() - 1, cube.len());
+    service.send("PUT", &path, &[("Content-Range", &range)], &cube).problem(400, "malformed-request");
     // Who acts on a condition acts on nothing else.
     let with = |method: &str, name: &str, value: &str| {
         let body = if method == "PUT" { &cube[..] } else { b"" };
