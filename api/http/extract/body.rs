@@ -152,7 +152,8 @@ async fn collect(app: &AppState, tenant: &Tenant, encoding: Encoding, mut body: 
     let mut all = app.service.memory.body_of(&tenant.name);
     let mut unpacked = (encoding == Encoding::Gzip).then(|| MultiGzDecoder::new(Vec::new()));
     while let Some(frame) = body.frame().await {
-        let frame = frame.map_err(|error| Problem::new(Kind::InvalidJson, format!("the body broke off: {error}")))?;
+        let broken = |error| Problem::new(Kind::MalformedRequest, format!("the body broke off: {error}"));
+        let frame = frame.map_err(broken)?;
         let Ok(data) = frame.into_data() else { continue };
         match &mut unpacked {
             None => append(app, &mut all, &data)?,

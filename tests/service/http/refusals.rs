@@ -276,6 +276,17 @@ fn bodies_come_in_no_transfer_coding_but_chunks() {
 }
 
 #[test]
+fn a_body_that_breaks_off_is_no_request() {
+    let service = Service::start(&[]);
+    let mut stream = service.connect();
+    let head = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: model/gltf-binary\r\n\
+                Transfer-Encoding: chunked\r\nConnection: close\r\n\r\n";
+    stream.write_all(format!("{head}4\r\nglTF\r\nno length\r\n").as_bytes()).unwrap();
+    let problem = Answer::read(stream).problem(400, "malformed-request");
+    assert!(problem["detail"].as_str().unwrap().contains("broke off"), "{problem}");
+}
+
+#[test]
 fn changes_have_to_arrive_in_time_and_are_small() {
     let service = Service::start(&["--body-timeout", "0.5"]);
     let job = submit(&service, BALL, "");
