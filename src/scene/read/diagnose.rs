@@ -99,7 +99,8 @@ impl<'s> Walk<'s> {
         }
         let alternatives = node.alternatives(self.root);
         match alternatives.as_slice() {
-            [only] if only.tag().is_none() => self.check(*only, value),
+            // One key alone is no choice between kinds.
+            [only] => self.check(*only, value),
             _ => self.choose(node, &alternatives, value),
         }
         self.part = outer;

@@ -139,6 +139,8 @@ fn all_problems_of_other_bodies_are_reported_with_their_places() {
         ),
         ("/v1/compare", r#"{"a": {"image": 1}, "b": {}}"#.to_owned(), "invalid-request", &["#/a/image"]),
         ("/v1/assets/missing", r#"{"sha256": "abc"}"#.to_owned(), "invalid-request", &["#/sha256"]),
+        ("/v1/assets/missing", r#"{"sha256": [], "a": 1}"#.to_owned(), "invalid-request", &["#/a"]),
+        ("/v1/assets/missing", "{}".to_owned(), "invalid-request", &["#"]),
         ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": 1}}"#), "invalid-request", &["#/settings"]),
     ] {
         let problem = service.post_json(path, &body).problem(422, kind);
