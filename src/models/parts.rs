@@ -13,6 +13,8 @@ const PARTS: usize = 4_096;
 const HEADERS: usize = 4_096;
 /// Longest boundary (RFC 2046, section 5.1.1).
 const BOUNDARY: usize = 70;
+/// What is wrong with a body without any.
+const NO_PARTS: &str = "the body has no parts";
 
 /// A file in a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,17 +29,26 @@ pub struct Part<'a> {
 
 /// Whether bytes begin as a body of parts does.
 pub fn is_multipart(bytes: &[u8]) -> bool {
-    boundary(bytes).is_some_and(|(boundary, rest)| {
+    boundary(bytes).is_some_and(|(_, rest)| {
         let headers = &rest[..rest.len().min(HEADERS)];
-        boundary.len() <= BOUNDARY + 2 && find(&headers.to_ascii_lowercase(), b"content-disposition:").is_some()
+        find(&headers.to_ascii_lowercase(), b"content-disposition:").is_some()
     })
 }
 
 /// The first line, which is the delimiter, and what follows it.
 fn boundary(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let start = bytes.get(..bytes.len().min(BOUNDARY + 4))?;
-    let end = find(start, b"\r\n").filter(|end| *end > 2 && start.starts_with(b"--"))?;
-    Some((&bytes[..end], &bytes[end + 2..]))
+    let start = Some(&bytes[..bytes.len().min(HEADERS)]).filter(|start| start.starts_with(b"--"))?;
+    let (line, rest) = match find(start, b"\r\n") {
+        Some(end) => (&bytes[..end], &bytes[end + 2..]),
+        None => (start, &bytes[start.len()..]),
+    };
+    // Gateways may add blanks (RFC 2046, section 5.1.1).
+    let end = line.iter().rposition(|byte| !is_blank(byte)).map_or(0, |last| last + 1);
+    (3..=BOUNDARY + 2).contains(&end).then_some((&line[..end], rest))
+}
+
+fn is_blank(byte: &u8) -> bool {
+    matches!(byte, b' ' | b'\t')
 }
 
 fn find(text: &[u8], what: &[u8]) -> Option<usize> {
@@ -56,6 +67,9 @@ fn find(text: &[u8], what: &[u8]) -> Option<usize> {
 pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
     let (boundary, mut rest) = boundary(bytes).ok_or("the body does not begin with a boundary")?;
     let delimiter = [b"\r\n", boundary].concat();
+    if boundary.ends_with(b"--") && find(rest, &delimiter).is_none() {
+        return Err(NO_PARTS.into());
+    }
     let mut parts = Vec::new();
     loop {
         let head = rest.get(..rest.len().min(HEADERS)).unwrap_or_default();
@@ -72,7 +86,8 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
         if rest.starts_with(b"--") {
             return Ok(parts);
         }
-        rest = rest.strip_prefix(b"\r\n").ok_or_else(|| format!("the line after part {number} is no boundary"))?;
+        let blanks = rest.iter().take_while(|byte| is_blank(byte)).count();
+        rest = rest[blanks..].strip_prefix(b"\r\n").ok_or_else(|| format!("the line after part {number} is no boundary"))?;
         if parts.len() >= PARTS {
             return Err(format!("there are more than {PARTS} parts"));
         }
@@ -100,8 +115,9 @@ fn name_of(headers: &[u8]) -> Option<(&str, bool)> {
 pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
     let mut numbers = HashMap::new();
     for (number, part) in (1..).zip(parts) {
-        if let Some(first) = numbers.insert(part.name, number) {
-            return Err(format!("parts {first} and {number} have the same name, {}: rename one", shown(part.name)));
+        let path = own_path(part.name);
+        if let Some(first) = numbers.insert(path.clone(), number) {
+            return Err(format!("parts {first} and {number} have the same name, {}: rename one", shown(&path)));
         }
     }
     const ENDINGS: [&str; 5] = [".gltf", ".glb", ".obj", ".stl", ".ply"];
@@ -115,7 +131,7 @@ pub fn model_of<'a>(parts: &[Part<'a>]) -> Result<Part<'a>, String> {
             let [one, other] = [one, other].map(|part| shown(part.name));
             Err(format!("{one} and {other} are both models: send one of them, and the parts that it names"))
         }
-        (one, _) => one.or(parts.first()).copied().ok_or_else(|| "the body has no parts".to_owned()),
+        (one, _) => one.or(parts.first()).copied().ok_or_else(|| NO_PARTS.to_owned()),
     }
 }
 
@@ -134,28 +150,26 @@ fn shown(name: &str) -> String {
     if short.len() < name.len() { format!("{:?}", short + "...") } else { format!("{short:?}") }
 }
 
-/// The parts of a body by their names.
+/// The parts of a body by their paths.
 #[derive(Debug)]
 pub struct Named<'a>(HashMap<Cow<'a, str>, &'a [u8]>);
 
 impl<'a> Named<'a> {
-    /// Those parts. Of several with one plain path the first has it, unless it is the exact name of one.
+    /// Those parts, of which no two have the same path ([`model_of`]).
     pub fn new(parts: &[Part<'a>]) -> Self {
-        let mut named: HashMap<_, _> = parts.iter().map(|part| (Cow::from(part.name), part.bytes)).collect();
-        for part in parts {
-            if let Some(plain) = plain_path(part.name) {
-                named.entry(plain.into()).or_insert(part.bytes);
-            }
-        }
-        Self(named)
+        Self(parts.iter().map(|part| (own_path(part.name), part.bytes)).collect())
     }
 
     /// The bytes of the part that a model means by a name.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
-        exact_or_plain(name, |name| {
-            self.0.get(name).map(|bytes| bytes.to_vec()).ok_or_else(|| "is none of the parts of the request".to_owned())
-        })
+        let bytes = self.0.get(&own_path(name)).ok_or("is none of the parts of the request")?;
+        Ok(bytes.to_vec())
     }
+}
+
+/// The plain path of a name, or the name itself if it leads out of the folder.
+fn own_path(name: &str) -> Cow<'_, str> {
+    plain_path(name).map_or(name.into(), Cow::from)
 }
 
 /// Reads what a model means by a name: what has exactly that name, else what has its plain path.
@@ -229,6 +243,36 @@ mod tests {
     }
 
     #[test]
+    fn blanks_after_a_boundary_are_no_part_of_it() {
+        let padded = String::from_utf8_lossy(BODY).replace("--X1\r\n", "--X1 \t\r\n");
+        assert!(is_multipart(padded.as_bytes()));
+        assert_eq!(split(padded.as_bytes()), split(BODY));
+        assert!(!is_multipart(b"--  \r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n\r\n----\r\n"));
+    }
+
+    #[test]
+    fn a_body_without_parts_says_so() {
+        for body in ["--XX--", "--XX--\r\n", "--XX-- \r\n\r\n"] {
+            assert_eq!(split(body.as_bytes()), Err(NO_PARTS.to_owned()), "{body:?}");
+        }
+        // A boundary may end so.
+        let body = "--XX--\r\nContent-Disposition: form-data; name=\"a\"\r\n\r\n1\r\n--XX----\r\n";
+        assert_eq!(split(body.as_bytes()).map(|parts| parts.len()), Ok(1));
+    }
+
+    #[test]
+    fn a_name_in_two_spellings_is_one_name() {
+        let part = |name: &'static str| Part { name, is_file: true, bytes: b"" };
+        for (one, other) in [("box.bin", "box.bin"), ("box.bin", "./box.bin"), ("a//b.bin", "a\\b.bin"), ("/a", "/a")] {
+            let why = model_of(&[part("box.gltf"), part(one), part(other)]).unwrap_err();
+            assert!(why.starts_with("parts 2 and 3 have the same name"), "{why}");
+        }
+        for (one, other) in [("box.bin", "Box.bin"), ("a/b.bin", "b.bin"), ("../a", "a"), ("/a", "a")] {
+            assert!(model_of(&[part("box.gltf"), part(one), part(other)]).is_ok(), "{one} {other}");
+        }
+    }
+
+    #[test]
     fn names_stay_in_their_folder() {
         assert_eq!(uri("a%20b/c.png"), Ok(Uri::Name("a b/c.png".into())));
         assert_eq!(uri("a\\c.png"), Ok(Uri::Name("a\\c.png".into())));
@@ -243,13 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn names_are_compared_as_they_are_then_by_their_plain_paths() {
+    fn names_are_compared_by_their_plain_paths() {
         let part = |name: &'static str, bytes: &'static [u8]| Part { name, is_file: true, bytes };
-        let parts = [part("a/b.png", b"1"), part("a\\b.png", b"2"), part(".\\c.png", b"3"), part("../d.png", b"4")];
+        let parts = [part("a/b.png", b"1"), part(".\\c.png", b"3"), part("../d.png", b"4")];
         let named = Named::new(&parts);
         for (name, bytes) in [
             ("a/b.png", b"1"),
-            ("a\\b.png", b"2"),
+            ("a\\b.png", b"1"),
             ("a//b.png", b"1"),
             (".\\a\\.\\b.png", b"1"),
             ("c.png", b"3"),

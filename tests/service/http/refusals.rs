@@ -221,8 +221,10 @@ fn parts_of_the_same_name_and_two_models_are_refused() {
     };
     assert_eq!(send(&["a.obj", "b.txt"]).status, 200);
     for (names, expected) in [
-        (&["a.obj", "notes.txt", "b.stl"], "\"a.obj\" and \"b.stl\" are both models"),
+        (&["a.obj", "notes.txt", "b.stl"][..], "\"a.obj\" and \"b.stl\" are both models"),
         (&["a.obj", "b.txt", "b.txt"], "parts 2 and 3 have the same name, \"b.txt\""),
+        (&["a.obj", "x//b.txt", "./x/b.txt"], "parts 2 and 3 have the same name, \"x/b.txt\""),
+        (&[], "the body has no parts"),
     ] {
         let problem = send(names).problem(422, "invalid-scene");
         assert!(problem["detail"].as_str().unwrap().contains(expected), "{problem}");
