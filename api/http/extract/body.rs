@@ -22,13 +22,13 @@ const PIECE: usize = 4_096;
 /// Time for which the body of a refused request is read.
 const DISCARD: Duration = Duration::from_secs(2);
 
-/// The format of the scene by its Content-Type. None if there is none, or the one that curl sends by default. Then the body
-/// decides ([`check_content`]).
+/// Media types that say nothing: none, and those that clients such as curl send by default.
+const UNDECLARED: [&str; 3] = ["", "application/x-www-form-urlencoded", "application/octet-stream"];
+
+/// The format of the scene by its Content-Type. None if that says nothing. Then the body decides ([`check_content`]).
 pub(crate) fn declared_format(headers: &HeaderMap) -> Result<Option<Format>, Problem> {
-    let kind = text(headers, header::CONTENT_TYPE);
-    let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
-    let format = match kind.as_str() {
-        "" | "application/x-www-form-urlencoded" | "application/octet-stream" => None,
+    let format = match media_type(headers).as_str() {
+        name if UNDECLARED.contains(&name) => None,
         name => Some(format_of(name).ok_or_else(|| unsupported(&format!("Content-Type {name} is no scene format")))?),
     };
     encoding(headers).map(|_| format)
@@ -62,8 +62,7 @@ pub(crate) fn check_content(declared: Option<Format>, body: &[u8]) -> Result<For
 
 /// Whether the Content-Type says that the body is a variation of a scene.
 pub(crate) fn declares_variation(headers: &HeaderMap) -> bool {
-    let kind = text(headers, header::CONTENT_TYPE).split(';').next().unwrap_or_default().trim();
-    kind.eq_ignore_ascii_case(variation::MEDIA_TYPE)
+    media_type(headers) == variation::MEDIA_TYPE
 }
 
 /// Refuses a Content-Type other than JSON.
@@ -72,6 +71,19 @@ pub(crate) fn declares_json(headers: &HeaderMap) -> Result<Option<Format>, Probl
         declared @ (None | Some(Format::Json)) => Ok(declared),
         Some(_) => Err(Problem::new(Kind::UnsupportedMediaType, "this takes application/json only")),
     }
+}
+
+/// Media types of changes: JSON merge patches (RFC 7396) and JSON.
+const PATCHES: &str = "application/merge-patch+json, application/json";
+
+/// Refuses a Content-Type other than those of changes.
+pub(crate) fn declares_patch(headers: &HeaderMap) -> Result<(), Problem> {
+    let kind = media_type(headers);
+    if UNDECLARED.contains(&kind.as_str()) || PATCHES.split(", ").any(|known| known == kind) {
+        return Ok(());
+    }
+    let detail = format!("a change has the Content-Type {}, not {kind}", PATCHES.replace(", ", " or "));
+    Err(Problem::new(Kind::UnsupportedMediaType, detail).taking(HeaderName::from_static("accept-patch"), PATCHES))
 }
 
 /// Content codings of bodies.
@@ -90,9 +102,14 @@ fn encoding(headers: &HeaderMap) -> Result<Encoding, Problem> {
         "gzip" | "x-gzip" => Ok(Encoding::Gzip),
         other => {
             let detail = format!("Content-Encoding {other} is not supported: send the body as it is, or with gzip");
-            Err(Problem::new(Kind::UnsupportedMediaType, detail).with_codings(CODINGS))
+            Err(Problem::new(Kind::UnsupportedMediaType, detail).taking(header::ACCEPT_ENCODING, CODINGS))
         }
     }
+}
+
+/// The media type of the body in lower case, without parameters.
+fn media_type(headers: &HeaderMap) -> String {
+    text(headers, header::CONTENT_TYPE).split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
 }
 
 fn text(headers: &HeaderMap, name: HeaderName) -> &str {

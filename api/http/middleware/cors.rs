@@ -13,9 +13,9 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 /// Headers of answers that pages may read.
-const EXPOSED: &str = "Accept-Encoding, Content-Disposition, Content-Location, ETag, Idempotency-Replayed, Link, Location, \
-                       Preference-Applied, Preview-Revision, RateLimit, RateLimit-Policy, Render-Error, Render-Plan, Render-Rays, \
-                       Render-Warnings, Repr-Digest, Retry-After, Server-Timing, WWW-Authenticate, X-Request-Id";
+const EXPOSED: &str = "Accept-Encoding, Accept-Patch, Content-Disposition, Content-Location, ETag, Idempotency-Replayed, Link, \
+                       Location, Preference-Applied, Preview-Revision, RateLimit, RateLimit-Policy, Render-Error, Render-Plan, \
+                       Render-Rays, Render-Warnings, Repr-Digest, Retry-After, Server-Timing, WWW-Authenticate, X-Request-Id";
 const METHODS: &str = "GET, HEAD, POST, QUERY, PUT, PATCH, DELETE";
 /// Seconds for which a browser may cache the answer to a preflight request.
 const MAX_AGE: &str = "7200";

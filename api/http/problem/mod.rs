@@ -6,7 +6,7 @@ pub(crate) use kind::Kind;
 
 use crate::service::error::Error;
 use crate::service::jobs::record::Failure;
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -25,8 +25,8 @@ pub(crate) struct Problem {
     detail: String,
     members: Box<Members>,
     retry_after: Option<u32>,
-    /// The content codings there are, if one was asked for that there is not.
-    codings: Option<&'static str>,
+    /// What bodies may be instead, and the header that says so.
+    takes: Option<(HeaderName, &'static str)>,
 }
 
 /// A problem (RFC 9457).
@@ -156,7 +156,7 @@ impl Problem {
 
     /// A problem with its detail.
     pub(crate) fn new(kind: Kind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None, codings: None }
+        Self { kind, detail: shortened(detail.into()), members: Box::default(), retry_after: None, takes: None }
     }
 
     /// A limit, by name.
@@ -180,10 +180,10 @@ impl Problem {
         self
     }
 
-    /// Says which content codings there are. Only for who asked for another one: with other problems the header would mislead
+    /// Says in a header what bodies may be. Only for who sent something else: with other problems the header would mislead
     /// (RFC 9110 section 12.5.3).
-    pub(crate) fn with_codings(self, codings: &'static str) -> Self {
-        Self { codings: Some(codings), ..self }
+    pub(crate) fn taking(self, header: HeaderName, what: &'static str) -> Self {
+        Self { takes: Some((header, what)), ..self }
     }
 
     /// Adds the scope that the key lacks.
@@ -242,7 +242,7 @@ impl Problem {
 
     /// The answer with the request's id.
     pub(crate) fn answer(self, request_id: &str) -> Response {
-        let (kind, status, retry_after, codings) = (self.kind, self.status(), self.retry_after, self.codings);
+        let (kind, status, retry_after, takes) = (self.kind, self.status(), self.retry_after, self.takes.clone());
         let mut response = (status, self.document(request_id)).into_response();
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
@@ -253,8 +253,8 @@ impl Problem {
         if kind == Kind::Unauthorized {
             headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer realm=\"strahl\""));
         }
-        if let Some(codings) = codings {
-            headers.insert(header::ACCEPT_ENCODING, HeaderValue::from_static(codings));
+        if let Some((name, what)) = takes {
+            headers.insert(name, HeaderValue::from_static(what));
         }
         if let Some(seconds) = retry_after {
             headers.insert(header::RETRY_AFTER, seconds.into());

@@ -200,6 +200,13 @@ fn priorities_change_and_deleted_jobs_are_gone() {
     with(&service, "PATCH", &path, &[("If-Match", &tag)], r#"{"priority": 10}"#).problem(412, "precondition-failed");
     with(&service, "PATCH", &path, &[], r#"{"priority": 101}"#).problem(422, "invalid-request");
     with(&service, "PATCH", &path, &[], r#"{"prio": 1}"#).problem(422, "invalid-request");
+    let typed = |kind: &str| service.send("PATCH", &path, &[("Content-Type", kind)], br#"{"priority": 20}"#);
+    let refused = typed("text/plain");
+    refused.problem(415, "unsupported-media-type");
+    assert_eq!(refused.header("accept-patch"), "application/merge-patch+json, application/json");
+    for kind in ["application/merge-patch+json", "Application/JSON; charset=utf-8"] {
+        assert_eq!(typed(kind).json()["priority"], 20, "{kind}");
+    }
     let cancel = format!("{path}/cancel");
     for (method, path) in [("DELETE", &path), ("POST", &cancel)] {
         for condition in [("If-Match", "\"other\""), ("If-None-Match", "*")] {

@@ -63,6 +63,7 @@ async fn change(
     body: RequestBody,
 ) -> Result<Response, Problem> {
     let expected = "the body is {\"priority\": N}, N from 0 to 100";
+    body::declares_patch(&headers)?;
     let body = body::read(&app, &tenant, &headers, body).await?;
     if body.as_ref().len() > CHANGE_BYTES {
         return Err(Problem::new(Kind::InvalidRequest, expected));
