@@ -201,6 +201,8 @@ fn one_stream_tells_of_several_jobs_and_goes_on_where_it_broke_off() {
     let fresh = Events::at(&service, &path, &[("Last-Event-ID", "7")]).all_names();
     let all = ["snapshot", "canceled", "snapshot", "succeeded", "snapshot", "succeeded"];
     assert_eq!(fresh, all, "numbers of one job say nothing about three");
+    let twice = Events::at(&service, &format!("{path}&job={}&job={}", ids[2], ids[0]), &[]).all_names();
+    assert_eq!(twice, all, "a job that is named twice counts once");
     service.get("/v1/events?job=a&label=b").problem(400, "invalid-parameter");
     service.get(&format!("/v1/events?{}", "job=a&".repeat(33))).problem(400, "invalid-parameter");
     service.get(&format!("{path}&job=a")).problem(404, "not-found");

@@ -76,11 +76,14 @@ struct Wanted {
 }
 
 fn wanted(query: &mut Query) -> Wanted {
-    let ids = query.several("job", "The jobs' ids, at most 32: `job=...&job=...`. Without it: all of yours.", MOST);
+    let mut ids = query.several("job", "The jobs' ids, at most 32: `job=...&job=...`. Without it: all of yours.", MOST);
     let label = query.text("label", "Of all of yours only those with this label.");
     if label.is_some() && !ids.is_empty() {
         query.wrong("label", "out-of-range", "it goes without job".into());
     }
+    // A job that is named twice counts once.
+    let mut known = HashSet::new();
+    ids.retain(|id| known.insert(id.clone()));
     Wanted { ids, label, since: since(query) }
 }
 
