@@ -161,6 +161,8 @@ fn iiif_says_what_it_can_and_shows_it() {
     let part = whole.view(100, 50, 300, 200).to_image();
     assert_eq!(get("100,50,300,200/max/0/color.png"), part);
     assert_eq!(get("100,50,300,200/max/90/default.png"), image::imageops::rotate90(&part));
+    assert_eq!(get("100,50,300,200/max/90.0/default.png"), image::imageops::rotate90(&part));
+    assert_eq!(get("100,50,300,200/max/360/default.png"), part);
     assert_eq!(get("100,50,300,200/max/!0/default.png"), image::imageops::flip_horizontal(&part));
     assert_eq!(get("1000,600,900,900/max/0/default.png").dimensions(), (201, 100), "cut off at the edges");
     assert_eq!(get("square/100,/0/default.jpg").dimensions(), (100, 100));

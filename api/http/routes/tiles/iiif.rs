@@ -36,7 +36,7 @@ pub(super) fn routes() -> Vec<Route> {
             .path("image", image_id)
             .path("region", "`full`, `square`, `x,y,w,h` or `pct:x,y,w,h`.")
             .path("size", size)
-            .path("rotation", "`0`, `90`, `180` or `270`; with `!` before it mirrored.")
+            .path("rotation", "`0`, `90`, `180`, `270` or `360`; with `!` before it mirrored.")
             .path("file", "`default`, `color`, `gray` or `bitonal`, and `.jpg`, `.png` or `.webp`.")
             .picture(),
     ]

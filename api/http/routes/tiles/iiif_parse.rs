@@ -142,9 +142,10 @@ fn size(text: &str, region: Region, max_area: u64) -> Result<[u32; 2], Problem> 
 /// Parses whether the image is mirrored, and the quarter turns after that.
 fn rotation(text: &str) -> Result<(bool, u8), Problem> {
     let (mirrored, degrees) = text.strip_prefix('!').map_or((false, text), |degrees| (true, degrees));
-    let quarters = ["0", "90", "180", "270"].iter().position(|known| *known == degrees);
-    let wrong = || bad("rotation", text, "0, 90, 180 or 270, and ! before it to mirror");
-    quarters.map(|quarters| (mirrored, quarters as u8)).ok_or_else(wrong)
+    let degrees = decimal(degrees);
+    let quarters = [0.0, 90.0, 180.0, 270.0, 360.0].iter().position(|known| Some(*known) == degrees);
+    let wrong = || bad("rotation", text, "0, 90, 180, 270 or 360, and ! before it to mirror");
+    quarters.map(|quarters| (mirrored, quarters as u8 % 4)).ok_or_else(wrong)
 }
 
 fn quality_and_format(file: &str) -> Result<(Tone, &str, FileFormat, &str), Problem> {
@@ -230,6 +231,9 @@ mod tests {
             ("full/max/0/color.jpg", "full/max/0/default.jpg"),
             ("0,0,1000,600/1000,/0/default.png", "full/max/0/default.png"),
             ("0,0,5000,5000/max/!90/gray.webp", "full/max/!90/gray.webp"),
+            ("full/max/360/default.png", "full/max/0/default.png"),
+            ("full/max/!0.0/default.png", "full/max/!0/default.png"),
+            ("full/max/270.00/default.png", "full/max/270/default.png"),
             ("square/pct:50/0/default.png", "200,0,600,600/300,300/0/default.png"),
             ("pct:10,10,20.5,50/!100,100/0/default.png", "100,60,205,300/68,100/0/default.png"),
             ("square/^800,/0/default.png", "200,0,600,600/^800,800/0/default.png"),
@@ -258,7 +262,15 @@ mod tests {
             "full/^2000,2000/0/default.png",
             "full/^99999999999,1/0/default.png",
             "full/max/45/default.png",
-            "full/max/360/default.png",
+            "full/max/90.5/default.png",
+            "full/max/360.1/default.png",
+            "full/max/450/default.png",
+            "full/max/-90/default.png",
+            "full/max/+90/default.png",
+            "full/max/9e1/default.png",
+            "full/max/nan/default.png",
+            "full/max/./default.png",
+            "full/max//default.png",
             "full/max/!/default.png",
             "full/max/0/native.png",
             "full/max/0/default.exr",
