@@ -37,7 +37,7 @@ use super::problem::{Kind, Problem};
 use super::state::App;
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
-use axum::http::Uri;
+use axum::http::{Method, StatusCode, Uri};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -144,13 +144,17 @@ fn panicked(_: Box<dyn Any + Send>) -> Response {
 }
 
 /// The answer to any other path.
-async fn not_found(uri: Uri) -> Problem {
+async fn not_found(method: Method, uri: Uri) -> Result<StatusCode, Problem> {
     let path = uri.path();
+    if method == Method::OPTIONS && path == "*" {
+        // About the service as a whole (RFC 9110 section 9.3.7): it is there.
+        return Ok(StatusCode::NO_CONTENT);
+    }
     let detail = match path {
         "/metrics" => "metrics are on the listener for operators (--admin-listen)".to_owned(),
         _ => format!("there is nothing at {path}; /openapi.json lists what there is"),
     };
-    Problem::new(Kind::NotFound, detail)
+    Err(Problem::new(Kind::NotFound, detail))
 }
 
 /// The answer to a method that a path does not take.

@@ -66,6 +66,7 @@ fn query_is_a_safe_post() {
     let queried = ask(&service, "QUERY", "/v1/render", &[]);
     let posted = service.post_json("/v1/render", BALL);
     assert_eq!((queried.status, &queried.body), (200, &posted.body));
+    assert_eq!(service.send("OPTIONS", "*", &[], b"").status, 204, "the service as a whole");
     let options = service.send("OPTIONS", "/v1/render", &[], b"");
     assert_eq!((options.status, options.header("allow")), (204, "OPTIONS, POST, QUERY"));
     assert!(options.header("accept-query").contains("application/json"));
