@@ -110,15 +110,19 @@ impl Pilot {
             let of = |block: &Block| by_kind(&block.base)[kind];
             with_added_off(expect(&|b| with_added(b, of(b))), expect(&|b| survey.added(b, of(b))).value)
         };
+        let kinds: [Expected; KINDS.len()] = std::array::from_fn(kind);
+        let mut rays = with_added_off(expect(&|b| with_added(b, all(b))), added.value);
+        // Camera rays are among them, and mostly known for certain.
+        rays.interval[0] = rays.interval[0].max(kinds[0].interval[0]);
         let mut pilot = Self {
             traced,
             pixels,
-            kinds: std::array::from_fn(kind),
+            kinds,
             total_reflections: expect(&|b| with_added(b, b.base.total_internal_reflections as f64)),
             added: with_added_off(added, added.value),
             refined: expect(&refined),
             given_up: expect(&|b| b.base.given_up as f64),
-            rays: with_added_off(expect(&|b| with_added(b, all(b))), added.value),
+            rays,
             times: fitted,
             is_cut_off: survey.is_cut_off,
             added_nanoseconds: added_time.value / added.value.max(1.0),
