@@ -87,7 +87,9 @@ pub fn split(bytes: &[u8]) -> Result<Vec<Part<'_>>, String> {
             return Ok(parts);
         }
         let blanks = rest.iter().take_while(|byte| is_blank(byte)).count();
-        rest = rest[blanks..].strip_prefix(b"\r\n").ok_or_else(|| format!("the line after part {number} is no boundary"))?;
+        rest = rest[blanks..]
+            .strip_prefix(b"\r\n")
+            .ok_or_else(|| format!("the line after part {number} is no boundary"))?;
         if parts.len() >= PARTS {
             return Err(format!("there are more than {PARTS} parts"));
         }

@@ -33,6 +33,7 @@ pub(crate) fn weigh(method: &Method, headers: &HeaderMap, etag: Option<&str>) ->
 /// Whether a request may act by its conditions: on what has an entity tag with its quotes, or where nothing is.
 pub(crate) fn may_act(headers: &HeaderMap, found: Option<&str>) -> bool {
     match found {
+        // As of all methods that are not safe.
         Some(etag) => weigh(&Method::DELETE, headers, Some(etag)) == Verdict::Proceed,
         None => !headers.contains_key(header::IF_MATCH),
     }

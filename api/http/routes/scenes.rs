@@ -172,7 +172,8 @@ async fn source(
     };
     // The first line of parts is their boundary.
     let boundary = (format == Format::Parts).then(|| text.get(2..).unwrap_or_default().lines().next()?.ok());
-    let boundary = boundary.flatten().map_or_else(String::new, |boundary| format!("; boundary={}", boundary.trim_end()));
+    let boundary =
+        boundary.flatten().map_or_else(String::new, |boundary| format!("; boundary={}", boundary.trim_end()));
     let headers =
         [(header::CONTENT_TYPE, format!("{media_type}{boundary}")), (header::CACHE_CONTROL, "no-cache".into())];
     Ok((headers, body(app.service.memory.metered(text.to_vec())?)).into_response())

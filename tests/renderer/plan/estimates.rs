@@ -39,7 +39,10 @@ fn nine_of_ten_intervals_hold_the_rays_and_most_estimates_are_within_a_tenth() {
             }
             let (region, picture) = whole(&scene);
             let pilot = Pilot::run(&scene, region, &Control::default(), UNTIL_DONE).unwrap();
-            assert!(pilot.rays.interval[0] >= pilot.kinds[0].interval[0], "{name}: there are as many as from the camera");
+            assert!(
+                pilot.rays.interval[0] >= pilot.kinds[0].interval[0],
+                "{name}: there are as many as from the camera"
+            );
             let rays = picture.rays;
             let kinds = [rays.camera, rays.shadow, rays.reflected, rays.transmitted, rays.gathered];
             let all = [(&pilot.rays, rays.total()), (&pilot.added, picture.refined.rays.total())];

@@ -267,7 +267,8 @@ fn bodies_come_in_no_transfer_coding_but_chunks() {
     let send = |codings: &[&str]| {
         let mut stream = service.connect();
         let lines: String = codings.iter().map(|coding| format!("Transfer-Encoding: {coding}\r\n")).collect();
-        let head = "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nConnection: close\r\n";
+        let head =
+            "POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nConnection: close\r\n";
         let body = format!("{:x}\r\n{BALL}\r\n0\r\n\r\n", BALL.len());
         stream.write_all(format!("{head}{lines}\r\n{body}").as_bytes()).unwrap();
         Answer::read(stream)
