@@ -99,7 +99,6 @@ impl<'s> Walk<'s> {
         }
         let alternatives = node.alternatives(self.root);
         match alternatives.as_slice() {
-            // One key alone is no choice between kinds.
             [only] => self.check(*only, value),
             _ => self.choose(node, &alternatives, value),
         }
@@ -136,7 +135,9 @@ impl<'s> Walk<'s> {
             Value::Object(object) => {
                 let kinds: Vec<(&str, Node<'s>)> =
                     fitting.clone().filter_map(|choice| Some((choice.tag()?, *choice))).collect();
-                if !kinds.is_empty() {
+                // One key, or null in its place, is no choice between kinds.
+                let is_choice = kinds.len() > 1 || alternatives.iter().any(|choice| !choice.words().is_empty());
+                if is_choice && !kinds.is_empty() {
                     return self.check_kind(node, &kinds, object);
                 }
             }

@@ -141,6 +141,12 @@ fn all_problems_of_other_bodies_are_reported_with_their_places() {
         ("/v1/assets/missing", r#"{"sha256": "abc"}"#.to_owned(), "invalid-request", &["#/sha256"]),
         ("/v1/assets/missing", r#"{"sha256": [], "a": 1}"#.to_owned(), "invalid-request", &["#/a"]),
         ("/v1/assets/missing", "{}".to_owned(), "invalid-request", &["#"]),
+        (
+            "/v1/jobs",
+            format!(r#"{{"scene": {BALL}, "webhook": {{"url": "http://a", "key": 1}}}}"#),
+            "invalid-request",
+            &["#/webhook/key"],
+        ),
         ("/v1/explain", format!(r#"{{"scene": {BALL}, "settings": 1}}"#), "invalid-request", &["#/settings"]),
     ] {
         let problem = service.post_json(path, &body).problem(422, kind);
