@@ -22,12 +22,13 @@ use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Class;
 use crate::service::sequences::Frames;
 use crate::service::sequences::report::SequenceReport;
-use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, Method, header};
 use axum::response::{IntoResponse, Response};
+use data_encoding::HEXLOWER;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::value::RawValue;
+use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 use strahl::film::{FileFormat, Film, encode};
@@ -278,7 +279,7 @@ impl JobView {
     }
 }
 
-/// The answer about a job: with the cost report if it has succeeded, its version as ETag, and when to ask again.
+/// The answer about a job: with the cost report if it has succeeded, its ETag, and when to ask again.
 pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     let mut view = JobView::of(app, job);
     if view.state == JobState::Succeeded && view.frames.is_some() {
@@ -295,23 +296,38 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
     }
     let mut headers = HeaderMap::new();
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    let version = job.record().version;
-    put(&mut headers, header::ETAG, &etag(version));
     if !view.state.is_final() {
         let seconds = view.eta_ms.map_or(1, |eta| (eta / 1e3).ceil() as u32).clamp(1, 10);
         headers.insert(header::RETRY_AFTER, seconds.into());
     }
-    (headers, Json(view)).into_response()
+    let version = job.record().version;
+    let Ok(said) = serde_json::to_vec(&view) else {
+        return Problem::new(Kind::Internal, "the request failed").into_response();
+    };
+    put(&mut headers, header::ETAG, &etag(version, &said));
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    (headers, said).into_response()
 }
 
-/// The ETag of a version of a job.
-pub(crate) fn etag(version: u64) -> String {
-    format!("\"v{version}\"")
+/// The ETag of what is said of a job: its version, and a hash, since progress is no change of the job.
+fn etag(version: u64, said: &[u8]) -> String {
+    format!("\"v{version}-{}\"", HEXLOWER.encode(&Sha256::digest(said)[..6]))
 }
 
-/// Whether the conditions of a request that acts on a job hold.
-pub(crate) fn holds(headers: &HeaderMap, job: &Job) -> bool {
-    may_act(headers, Some(&etag(job.record().version)))
+/// Whether the conditions of a request that acts on a job hold for its version, whatever its progress.
+pub(crate) fn holds(headers: &HeaderMap, version: u64) -> bool {
+    let cut = |tag: &str| match tag.trim().split_once('-') {
+        Some((version, _)) => format!("{version}\""),
+        None => tag.trim().to_owned(),
+    };
+    let mut conditions = HeaderMap::new();
+    for name in [header::IF_MATCH, header::IF_NONE_MATCH] {
+        for tags in headers.get_all(&name).into_iter().filter_map(|tags| tags.to_str().ok()) {
+            let tags: Vec<String> = tags.split(',').map(cut).collect();
+            conditions.extend(HeaderValue::try_from(tags.join(", ")).map(|tags| (name.clone(), tags)));
+        }
+    }
+    may_act(&conditions, Some(&format!("\"v{version}\"")))
 }
 
 /// The answer with the picture of a job.

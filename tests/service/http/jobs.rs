@@ -227,6 +227,15 @@ fn renders_become_jobs_when_the_client_prefers_it() {
     assert_eq!((later.status, later.header("preference-applied")), (202, "respond-async"), "{}", later.text());
     let id = later.header("location").rsplit('/').next().unwrap().to_owned();
     succeeded(&service, &id);
+    // One tag stands for one text.
+    let path = later.header("location");
+    let tag = service.get(path).header("etag").to_owned();
+    let first = later.header("etag");
+    assert!(first != tag && first.split('-').next() == tag.split('-').next(), "{first} {tag}");
+    let known = service.send("GET", path, &[("If-None-Match", &tag)], b"");
+    assert_eq!((known.status, known.body.len(), known.header("etag")), (304, 0, tag.as_str()));
+    assert_eq!(service.send("GET", path, &[("If-None-Match", first), ("If-Match", &tag)], b"").status, 200);
+    service.send("GET", path, &[("If-Match", first)], b"").problem(412, "precondition-failed");
     let picture = service.get(&format!("{}/image", later.header("location"))).picture();
     assert_eq!(picture.dimensions(), (40, 30));
     let in_time = with(&service, "POST", "/v1/render?width=50&height=30", &[("Prefer", "wait=20")], BALL);

@@ -1,16 +1,14 @@
 //! Changing, canceling and deleting jobs.
 
 use super::ID;
-use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
-use crate::http::respond::job::{JobView, etag, holds, shown};
+use crate::http::respond::job::{JobView, holds, shown};
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
-use axum::http::Method;
 use std::io;
 
 /// Most bytes of a change.
@@ -73,7 +71,7 @@ async fn change(
         return Err(Problem::new(Kind::InvalidRequest, expected));
     }
     let conditions = headers.clone();
-    let is_wanted = move |version: u64| weigh(&Method::PATCH, &conditions, Some(&etag(version))) != Verdict::Failed;
+    let is_wanted = move |version: u64| holds(&conditions, version);
     let other = |version: u64| other_version(&headers, version);
     let version = job.record().version;
     if !is_wanted(version) {
@@ -95,14 +93,15 @@ async fn change(
 
 /// The job has another version than the request wants.
 fn other_version(headers: &HeaderMap, version: u64) -> Problem {
-    let is = format!("the job is {} by now", etag(version));
+    let is = format!("the job is \"v{version}\" by now");
     let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok());
     Problem::new(Kind::PreconditionFailed, wanted.map_or(is.clone(), |wanted| format!("{is}, not {wanted}")))
 }
 
 /// Refuses to act on a job if the conditions of the request do not hold.
 fn check_conditions(headers: &HeaderMap, job: &Job) -> Result<(), Problem> {
-    if holds(headers, job) { Ok(()) } else { Err(other_version(headers, job.record().version)) }
+    let version = job.record().version;
+    if holds(headers, version) { Ok(()) } else { Err(other_version(headers, version)) }
 }
 
 async fn cancel(

@@ -1,6 +1,7 @@
 //! `GET /v1/jobs/{id}`, `GET /v1/jobs`: a job, and the list of the tenant's jobs.
 
 use super::ID;
+use crate::http::extract::conditions::{Verdict, weigh};
 use crate::http::extract::named_job::{NamedJob, may_see};
 use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
@@ -8,6 +9,8 @@ use crate::http::respond::job::{JobView, shown, until_final};
 use crate::http::respond::{blocking, put};
 use crate::service::jobs::record::{Record, State as JobState, is_job_id};
 use axum::Extension;
+use axum::body::Body as AnswerBody;
+use axum::http::Method;
 
 /// Default and most jobs of a page.
 const PAGE: [u32; 2] = [50, 200];
@@ -18,7 +21,10 @@ pub(super) fn routes() -> Vec<Route> {
             .needs(Scope::Read)
             .path("id", ID)
             .header("Prefer", "`wait=20` waits up to 20 seconds for the job to end.")
-            .answer(200, "The job", &[Content::json::<JobView>()]),
+            .header("If-None-Match", "The ETag of what the client knows of it: 304 if nothing else is to be said.")
+            .header("If-Match", "An ETag of it: 412 if there is something else to be said.")
+            .answer(200, "The job", &[Content::json::<JobView>()])
+            .answer(304, "Nothing else is to be said of it", &[]),
         Route::get("/v1/jobs", jobs, ["jobs", "jobs", "The tenant's jobs, the newest first."])
             .needs(Scope::Read)
             .query(filters)
@@ -38,13 +44,27 @@ struct JobList {
 async fn job(
     State(app): State<App>,
     NamedJob { job, tenant }: NamedJob,
+    method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let prefer = Prefer { respond_async: false, ..Prefer::of(&headers) };
     if let Some(wait) = prefer.wait {
         until_final(&app, &tenant, &job, wait).await?;
     }
-    let mut response = shown(&app, &job).await.into_response();
+    let mut response = shown(&app, &job).await;
+    let etag = response.headers().get(header::ETAG).and_then(|etag| etag.to_str().ok());
+    match weigh(&method, &headers, etag) {
+        Verdict::Proceed => {}
+        Verdict::NotModified => {
+            *response.status_mut() = StatusCode::NOT_MODIFIED;
+            *response.body_mut() = AnswerBody::empty();
+            response.headers_mut().remove(header::CONTENT_TYPE);
+        }
+        Verdict::Failed => {
+            let detail = "the job is not as If-Match says";
+            return Err(Problem::new(Kind::PreconditionFailed, detail));
+        }
+    }
     prefer.add_applied(response.headers_mut());
     Ok(response)
 }
