@@ -5505,7 +5505,7 @@ export interface operations {
                 region: string;
                 /** @description `max`, `w,h`, `w,`, `,h`, `pct:n` or `!w,h`; with `^` before it more detail than the image has. */
                 size: string;
-                /** @description `0`, `90`, `180` or `270`; with `!` before it mirrored. */
+                /** @description `0`, `90`, `180`, `270` or `360`; with `!` before it mirrored. */
                 rotation: string;
                 /** @description `default`, `color`, `gray` or `bitonal`, and `.jpg`, `.png` or `.webp`. */
                 file: string;
@@ -5592,7 +5592,7 @@ export interface operations {
             header?: never;
             path: {
                 /** @description The last part of a problem's `type`. */
-                slug: "invalid-json" | "invalid-nff" | "invalid-request" | "invalid-parameter" | "invalid-scene" | "assets-missing" | "asset-mismatch" | "invalid-rays" | "unsupported-media-type" | "not-acceptable" | "too-large" | "cost-limit" | "invalid-encoding" | "malformed-request" | "misdirected-request" | "uri-too-long" | "headers-too-large" | "unauthorized" | "forbidden" | "rate-limited" | "not-found" | "bad-iiif-request" | "method-not-allowed" | "gone" | "conflict" | "job-not-finished" | "job-failed" | "idempotency-key-reused" | "precondition-failed" | "body-timeout" | "saturated" | "draining" | "render-deadline" | "abandoned" | "internal";
+                slug: "invalid-json" | "invalid-nff" | "invalid-request" | "invalid-parameter" | "invalid-scene" | "assets-missing" | "asset-mismatch" | "invalid-rays" | "unsupported-media-type" | "not-acceptable" | "too-large" | "cost-limit" | "invalid-encoding" | "malformed-request" | "misdirected-request" | "uri-too-long" | "headers-too-large" | "unauthorized" | "forbidden" | "rate-limited" | "not-found" | "bad-iiif-request" | "method-not-allowed" | "gone" | "conflict" | "job-not-finished" | "job-failed" | "idempotency-key-reused" | "precondition-failed" | "body-timeout" | "not-implemented" | "saturated" | "draining" | "render-deadline" | "abandoned" | "internal";
             };
             cookie?: never;
         };
@@ -5833,7 +5833,10 @@ export interface operations {
     putAsset: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description `*`: only if you have not sent it. */
+                "If-None-Match"?: string | null;
+            };
             path: {
                 /** @description 64 hexadecimal digits, small letters. */
                 sha256: string;
@@ -5872,7 +5875,10 @@ export interface operations {
     removeAsset: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The asset's ETag. */
+                "If-Match"?: string | null;
+            };
             path: {
                 /** @description 64 hexadecimal digits, small letters. */
                 sha256: string;
@@ -6468,6 +6474,10 @@ export interface operations {
             header?: {
                 /** @description `wait=20` waits up to 20 seconds for the job to end. */
                 Prefer?: string | null;
+                /** @description The ETag of what the client knows of it: 304 if nothing else is to be said. */
+                "If-None-Match"?: string | null;
+                /** @description An ETag of it: 412 if there is something else to be said. */
+                "If-Match"?: string | null;
             };
             path: {
                 /** @description The job's id. */
@@ -6486,6 +6496,13 @@ export interface operations {
                     "application/json": components["schemas"]["JobView"];
                 };
             };
+            /** @description Nothing else is to be said of it */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
             "4XX": components["responses"]["Problem"];
             "5XX": components["responses"]["Problem"];
         };
@@ -6493,7 +6510,10 @@ export interface operations {
     forgetJob: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The job's ETag: nothing is done if the job has been changed since. */
+                "If-Match"?: string | null;
+            };
             path: {
                 /** @description The job's id. */
                 id: string;
@@ -6582,7 +6602,10 @@ export interface operations {
     cancelJob: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The job's ETag: nothing is done if the job has been changed since. */
+                "If-Match"?: string | null;
+            };
             path: {
                 /** @description The job's id. */
                 id: string;
@@ -7514,7 +7537,10 @@ export interface operations {
     removeScene: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description The scene's ETag. */
+                "If-Match"?: string | null;
+            };
             path: {
                 /** @description As `POST /v1/scenes` says it. */
                 scene_id: string;
