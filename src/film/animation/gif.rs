@@ -92,7 +92,8 @@ fn over_white(pixel: &mut [u8; 4]) {
 #[cfg(test)]
 mod tests {
     use super::super::tests::films;
-    use super::super::{AnimationFormat, Timing};
+    use super::super::{AnimationFormat, NoAnimation, Timing};
+    use crate::control::Control;
     use crate::film::encode::test_film;
     use crate::film::srgb::code8;
     use crate::film::{FileFormat, Film, Region, encode};
@@ -143,6 +144,20 @@ mod tests {
         assert!(made.largest > 0 && mean < 4.0, "{} {mean}", made.largest);
         let warning = format!("up to {} of 255 codes off, {mean:.1} in the mean", made.largest);
         assert!(made.warning().unwrap().contains(&warning), "{:?}", made.warning());
+    }
+
+    #[test]
+    fn a_gif_that_nobody_waits_for_ends() {
+        let file = encode(&films(false)[0], FileFormat::Png8);
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let control = Control::default();
+        let join = || {
+            let _entered = control.enter();
+            AnimationFormat::Gif.join(&[&file], Timing { rate: 1.0, loops: 0 }).map(drop)
+        };
+        assert_eq!(threads.install(join), Ok(()));
+        control.cancel();
+        assert_eq!(threads.install(join), Err(NoAnimation::NoPicture));
     }
 
     /// As a JPEG of it does, but for the roundings of alpha.

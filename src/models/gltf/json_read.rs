@@ -205,9 +205,14 @@ fn fault(part: &[u8], start: usize, text: &[u8], pointer: String, error: &serde_
         words if words.contains("out of range") => Kind::OutOfRange,
         _ => Kind::WrongType,
     };
+    // serde names types of ours.
+    let words = match words.split_once("struct ") {
+        Some((before, _)) if before.ends_with("expected ") => format!("{before}an object"),
+        _ => words.to_owned(),
+    };
     // A key that is missing belongs to the object that ends there.
     let at = (start + offset(part, error)).min(text.len().saturating_sub(1));
-    Fault::new(pointer, kind, words.to_owned()).at(Place::Json(at))
+    Fault::new(pointer, kind, words).at(Place::Json(at))
 }
 
 /// The offset of the last byte that serde has read.

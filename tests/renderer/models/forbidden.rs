@@ -54,6 +54,7 @@ fn a_list_is_no_object() {
     ] {
         let problem = refused(Format::Gltf, &square(json!({ key: value })), &overrides("front"));
         assert!(problem.pointer.starts_with(&format!("/{key}")), "{problem:?}");
+        assert!(problem.detail.ends_with("expected an object"), "{problem:?}");
     }
 }
 
