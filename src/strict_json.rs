@@ -30,11 +30,14 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
 
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
-        tuple_struct map identifier ignored_any
+        tuple_struct map identifier
     }
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
         self.0.deserialize_any(Strict(visitor))
+    }
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
+        self.0.deserialize_ignored_any(visitor)
     }
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
         self.0.deserialize_option(Strict(visitor))
@@ -260,6 +263,15 @@ mod tests {
     fn leaves_raw_parts_as_they_are() {
         let raw: Option<Vec<Box<RawValue>>> = strict(r#"[{"a":  1}, [2]]"#);
         assert_eq!(raw.unwrap().iter().map(|part| part.get()).collect::<Vec<_>>(), [r#"{"a":  1}"#, "[2]"]);
+    }
+
+    /// However deep it is, and whatever numbers and characters it has.
+    #[test]
+    fn passes_what_is_ignored() {
+        let deep = format!("{}{}", "[".repeat(1_000), "]".repeat(1_000));
+        for ignored in [&deep, "3e400", r#""\ud800""#] {
+            assert_eq!(strict(&format!(r#"{{"width": 3, "more": {ignored}}}"#)), Some(Size { width: 3, height: 2 }));
+        }
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Triangles over shared vertices, as every format gives them.
 
-use crate::control;
 use glam::{DMat3, DMat4, DVec3};
 use hashbrown::HashMap;
 
@@ -54,20 +53,15 @@ impl Geometry {
 
     /// Whether any triangle has three corners.
     pub(super) fn has_area(&self) -> bool {
-        let has_three = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|i| self.positions[i as usize]);
-            a != b && b != c && c != a
-        };
-        self.triangles.iter().any(has_three)
+        self.first_with_area(usize::MAX, DVec3::from_array).is_some()
     }
 
-    /// The same where a matrix moves it to, which may flatten it.
-    pub(super) fn has_area_by(&self, matrix: &DMat4) -> bool {
-        let has_three = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|i| matrix.transform_point3(DVec3::from_array(self.positions[i as usize])));
-            control::step(1) || (a != b && b != c && c != a)
-        };
-        self.triangles.iter().any(has_three)
+    /// The first of so many triangles that has three corners where its points are moved.
+    pub(super) fn first_with_area(&self, most: usize, moved: impl Fn([f64; 3]) -> DVec3) -> Option<usize> {
+        self.triangles.iter().take(most).position(|triangle| {
+            let [a, b, c] = triangle.map(|i| moved(self.positions[i as usize]));
+            a != b && b != c && c != a
+        })
     }
 
     /// Drops the points that no triangle has: a box around all of them would be too large.

@@ -75,8 +75,8 @@ pub fn read(format: ModelFormat, bytes: &[u8], parts: &Parts<'_>, choice: Choice
         ModelFormat::Stl => stl::read(bytes)?,
         ModelFormat::Ply => ply::read(bytes)?,
     };
-    model.drop_unseen();
     model.drop_repeated();
+    model.drop_unseen();
     if model.triangles() == 0 {
         return Err(Faults::one(model.nothing_to_see()));
     }

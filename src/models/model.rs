@@ -3,7 +3,7 @@
 use super::fault::{Fault, Kind, Subject, Warning, warn};
 use super::geometry::Geometry;
 use super::material::{Alpha, ModelMaterial};
-use glam::{DMat3, DMat4};
+use glam::{DMat3, DMat4, DVec3};
 use hashbrown::HashSet;
 
 /// A model.
@@ -124,6 +124,9 @@ pub enum LampKind {
     },
 }
 
+/// Triangles that are looked at where a scale of 0 flattens them; beyond them some are taken to have an area.
+const FLATTENED: usize = 1 << 22;
+
 /// Whether a map makes a line or a point of everything.
 fn has_no_area(map: &DMat3) -> bool {
     let longest = map.to_cols_array().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -144,14 +147,22 @@ impl Model {
     /// Drops what has no area: what scales of 0 hide, as animations do, or make a line of, and triangles of which none has three corners.
     pub(super) fn drop_unseen(&mut self) {
         let has_area: Vec<bool> = self.geometries.iter().map(Geometry::has_area).collect();
+        self.placements.retain(|placement| has_area[placement.geometry]);
+        let mut left = FLATTENED;
         for placement in &mut self.placements {
-            let geometry = &self.geometries[placement.geometry];
+            let Geometry { triangles, .. } = &self.geometries[placement.geometry];
             placement.transforms.retain(|matrix| {
                 let map = DMat3::from_mat4(*matrix);
-                !has_no_area(&map) && (map.determinant() != 0.0 || geometry.has_area_by(matrix))
+                if has_no_area(&map) || map.determinant() != 0.0 || left == 0 {
+                    return !has_no_area(&map);
+                }
+                let moved = |point| matrix.transform_point3(DVec3::from_array(point));
+                let found = self.geometries[placement.geometry].first_with_area(left, moved);
+                left -= found.map_or(triangles.len(), |at| at + 1).min(left);
+                found.is_some() || left == 0
             });
         }
-        self.placements.retain(|placement| has_area[placement.geometry] && !placement.transforms.is_empty());
+        self.placements.retain(|placement| !placement.transforms.is_empty());
     }
 
     /// Drops what stands in the place of another one like it, where nothing is seen of it: instances may be very many, and each

@@ -13,6 +13,8 @@ use hashbrown::HashMap;
 /// Most materials and pictures of a model.
 const MATERIALS: usize = 1 << 16;
 
+/// How far numbers may be out of range: programs have single precision.
+const ROUNDING: f64 = 1e-6;
 const UNIT: [f64; 2] = [0.0, 1.0];
 const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
 
@@ -246,7 +248,9 @@ fn within(text: &mut Text<'_>, range: [f64; 2], key: Word<'_>, model: &mut Model
 /// A number as the nearest in its range. The first that is not is named.
 fn taken(number: f64, [least, most]: [f64; 2], key: Word<'_>, model: &mut Model) -> f64 {
     let taken = number.clamp(least, most);
-    if taken != number {
+    // Programs write an index of 0 where they have none.
+    let is_unset = number == 0.0 && key.text.eq_ignore_ascii_case(b"ni");
+    if (taken - number).abs() > ROUNDING && !is_unset {
         let key = key.quoted();
         let detail =
             format!("numbers of MTL out of their ranges are taken as the nearest within: {number} of {key} as {taken}");
@@ -481,6 +485,6 @@ mod tests {
             let (_, model) = read(&format!("newmtl a\n{line}\n"));
             assert!(model.warnings[0].detail.ends_with(told), "{:?}", model.warnings);
         }
-        assert!(read("newmtl a\nKd 1 0 0\nd 1\nNs 0\nNi 1\n").1.warnings.is_empty());
+        assert!(read("newmtl a\nKd 1 0 0\nd 1.0000001\nNs 0\nNi 0\n").1.warnings.is_empty());
     }
 }

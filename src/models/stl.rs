@@ -96,8 +96,14 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
             if is_title {
                 continue;
             }
-            if word_is("solid") || word_is("endsolid") {
-                is_title = true;
+            let ends = ["solid", "endsolid", "facet", "endfacet", "loop"].iter().any(|name| word_is(name));
+            if ends && is_open && !faults.push(unended(word.place)) {
+                return Err(faults);
+            }
+            if ends {
+                polygon.clear();
+                is_open = word_is("loop");
+                is_title = word_is("solid") || word_is("endsolid");
             } else if word_is("vertex") {
                 if !is_open {
                     let detail = format!("{} stands outside of a loop", word.quoted());
@@ -120,15 +126,6 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
                 }
                 polygon.clear();
                 is_open = false;
-            } else if word_is("loop") || word_is("facet") || word_is("endfacet") {
-                if is_open {
-                    let detail = format!("{} stands inside of a loop: endloop is missing", word.quoted());
-                    if !faults.push(word.fault(Kind::Invalid, detail)) {
-                        return Err(faults);
-                    }
-                }
-                polygon.clear();
-                is_open = word_is("loop");
             } else if is_first && !OTHERS.iter().any(|name| word_is(name)) {
                 let detail = format!("{} is no word of STL", word.quoted());
                 if !faults.push(word.fault(Kind::Invalid, detail)) {
@@ -142,7 +139,15 @@ fn text(bytes: &[u8], corners: &mut Corners) -> Result<(), Faults> {
             break;
         }
     }
+    if is_open {
+        faults.push(unended(text.place()));
+    }
     faults.none_or_err()
+}
+
+/// That a loop is not ended where something else begins.
+fn unended(place: Place) -> Fault {
+    Fault::new("", Kind::Invalid, "the loop before is not ended: endloop is missing").at(place)
 }
 
 /// Triangles by their corners, of which equal ones are one.

@@ -24,17 +24,17 @@ pub(super) fn interpolate(
             let rows: Vec<u32> = rows.into_iter().filter(|y| of_edges || (y / step) % 2 == 1).collect();
             for band in rows.chunks(BAND) {
                 let read = &*pixels;
-                let of_row = |y: &u32| -> Vec<(usize, [f32; 3])> {
+                let of_row = |y: &u32| -> Vec<(u32, [f32; 3])> {
                     let first = if of_edges && (y / step) % 2 == 1 { 0 } else { step };
                     let across = (first..region.width).step_by(2 * step as usize);
-                    let places = across.map(|x| ((y * region.width + x) as usize, x));
-                    let unknown = places.filter(|(index, _)| !is_known(*index));
-                    unknown.map(|(index, x)| (index, mean(read, region, [x, *y], step, of_edges))).collect()
+                    let unknown = across.filter(|x| !is_known((y * region.width + x) as usize));
+                    unknown.map(|x| (x, mean(read, region, [x, *y], step, of_edges))).collect()
                 };
-                let values: Vec<Vec<(usize, [f32; 3])>> = band.par_iter().with_min_len(16).map(of_row).collect();
-                for (index, value) in values.into_iter().flatten() {
-                    pixels[index] = value;
-                }
+                let values: Vec<Vec<(u32, [f32; 3])>> = band.par_iter().with_min_len(16).map(of_row).collect();
+                let (first, apart) = (band[0], if of_edges { step } else { 2 * step });
+                let [first, apart] = [first, apart].map(|rows| (rows * region.width) as usize);
+                let rows = pixels[first..].par_chunks_mut(apart).zip(values).with_min_len(16);
+                rows.for_each(|(row, values)| values.into_iter().for_each(|(x, value)| row[x as usize] = value));
             }
         }
         step /= 2;
@@ -44,6 +44,18 @@ pub(super) fn interpolate(
 /// The mean of the pixels at a distance from one, across and down or diagonally. Of two opposite ones both count or neither,
 /// unless only single ones lie in the picture.
 fn mean(pixels: &[[f32; 3]], region: Region, [x, y]: [u32; 2], step: u32, straight: bool) -> [f32; 3] {
+    if x >= step && y >= step && x + step < region.width && y + step < region.height {
+        // Away from the borders all four are there; they are added in the same order.
+        let (here, down) = ((y * region.width + x) as usize, (step * region.width) as usize);
+        let step = step as usize;
+        let four = if straight {
+            [here - step, here + step, here - down, here + down]
+        } else {
+            [here - down - step, here + down + step, here - down + step, here + down - step]
+        };
+        let sum = four.iter().fold([0.0; 3], |sum: [f32; 3], at| std::array::from_fn(|c| sum[c] + pixels[*at][c]));
+        return sum.map(|sum| sum / 4.0);
+    }
     let pixel = |x: Option<u32>, y: Option<u32>| {
         let (x, y) = (x.filter(|x| *x < region.width)?, y.filter(|y| *y < region.height)?);
         Some(pixels[(y * region.width + x) as usize])

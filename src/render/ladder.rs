@@ -6,7 +6,7 @@
 
 use super::contrast::CONTRAST;
 use super::partial_picture::PartialPicture;
-use super::tiles::near;
+use super::tiles::near_with;
 use crate::scene::Scene;
 use crate::scene::effects::REFINED_SAMPLES;
 use crate::scene::world::Pruning;
@@ -146,9 +146,10 @@ impl Ladder {
     }
 
     /// What is left to do for a pixel.
-    fn next_of(&self, partial: &PartialPicture, index: usize) -> Option<(u8, f32)> {
+    fn next_of(&self, partial: &PartialPicture, at: [u32; 2]) -> Option<(u8, f32)> {
+        let index = partial.region.index(at);
         // Where a neighbour lacks light, this one would too, and be darker than what is interpolated.
-        let first = if self.base == 1 && partial.neighbour_lacks(index) { 2 } else { 1 };
+        let first = if self.base == 1 && partial.neighbour_lacks(at) { 2 } else { 1 };
         self.next(partial.levels[index], partial.contrasts[index], || partial.lacking(index), first)
     }
 
@@ -160,9 +161,8 @@ impl Ladder {
             None => (1, if number < RUNGS { SHARE } else { 1.0 }),
         };
         let wanted = |at: [u32; 2]| {
-            let index = region.index(at);
-            let is_next = !Self::covers(number) || (partial.levels[index] == 0 && partial.is_on_grid(at, stride));
-            if is_next { self.next_of(partial, index) } else { None }
+            let is_first = || partial.is_on_grid(at, stride) && partial.levels[region.index(at)] == 0;
+            if !Self::covers(number) || is_first() { self.next_of(partial, at) } else { None }
         };
         let mut gains: Vec<f32> = if share < 1.0 {
             let rows = (region.y..region.y + region.height).into_par_iter();
@@ -175,13 +175,11 @@ impl Ladder {
         let taken = ((gains.len() as f64 * share) as usize).max(FEWEST);
         let least =
             if taken < gains.len() { *gains.select_nth_unstable_by(taken, |a, b| b.total_cmp(a)).1 } else { 0.0 };
-        let best = |at: [u32; 2]| wanted(at).filter(|(_, gain)| *gain >= least).map(|(level, _)| level);
-        let near = near(region, |at| best(at).is_some());
-        let levels: Vec<u8> = near.par_iter().with_min_len(1 << 12).map(|at| best(*at).unwrap_or(1)).collect();
+        let best = |at: [u32; 2]| wanted(at).filter(|(_, gain)| *gain >= least).map(|(level, _)| (at, level));
+        let near = near_with(region, best);
         let mut rung = Rung { pixels: Vec::with_capacity(near.len()), ends: Vec::new() };
         for level in 1..=self.steps.len() as u8 {
-            let of_level = near.iter().zip(&levels).filter(|(_, reached)| **reached == level);
-            rung.pixels.extend(of_level.map(|(at, _)| *at));
+            rung.pixels.extend(near.iter().filter(|(_, reached)| *reached == level).map(|(at, _)| *at));
             rung.ends.push((level, rung.pixels.len()));
         }
         rung
@@ -202,8 +200,10 @@ impl Ladder {
     /// Pixels that need more, and the samples that they need. The picture has to be up to date.
     pub(super) fn left(&self, partial: &PartialPicture) -> (u64, u64) {
         let of_pixel = |index: usize| {
-            let level = partial.levels[index];
-            let Some((next, _)) = self.next_of(partial, index) else { return (0, 0) };
+            let (level, region) = (partial.levels[index], partial.region);
+            let (column, row) = (index as u32 % region.width, index as u32 / region.width);
+            let next = self.next_of(partial, [region.x + column, region.y + row]);
+            let Some((next, _)) = next else { return (0, 0) };
             let refined = partial.contrasts[index] >= CONTRAST;
             let steps = (next..=self.steps.len() as u8).filter(|step| *step == next || *step > 2);
             let steps = steps.filter(|step| *step == next || !self.refines(*step) || refined);

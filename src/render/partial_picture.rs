@@ -76,9 +76,9 @@ impl PartialPicture {
         self.levels.iter().filter(|level| is_wanted(**level)).count() as u64
     }
 
-    /// Whether a pixel is one of those at a distance from each other, across and down.
+    /// Whether a pixel is one of those at a distance from each other, across and down, which is a power of two.
     pub(super) fn is_on_grid(&self, [x, y]: [u32; 2], distance: u32) -> bool {
-        (x - self.region.x).is_multiple_of(distance) && (y - self.region.y).is_multiple_of(distance)
+        ((x - self.region.x) | (y - self.region.y)) & (distance - 1) == 0
     }
 
     /// Codes that omitted rays could add to a traced pixel.
@@ -95,10 +95,9 @@ impl PartialPicture {
     }
 
     /// Whether that pixel next to one, or it itself, lacks light with few rays that is traced before all others there.
-    pub(super) fn neighbour_lacks(&self, index: usize) -> bool {
-        let width = self.region.width as usize;
-        let (column, row) = (index % width, index / width);
-        self.lacks[(row & !1) * width + (column & !1)]
+    pub(super) fn neighbour_lacks(&self, [x, y]: [u32; 2]) -> bool {
+        let (column, row) = (x - self.region.x, y - self.region.y);
+        self.lacks[((row & !1) * self.region.width + (column & !1)) as usize]
     }
 
     /// Takes up the pixels of a chunk, of which those at the end may not have been traced.

@@ -64,9 +64,12 @@ const NEAR: u32 = 16;
 
 /// The wanted pixels of a region, tile by tile and block by block, so that those of a packet are near each other.
 pub(super) fn near(region: Region, wanted: impl Fn([u32; 2]) -> bool + Sync) -> Vec<[u32; 2]> {
+    near_with(region, |at| wanted(at).then_some(at))
+}
+
+/// What there is of the pixels of a region, in the same order.
+pub(super) fn near_with<T: Send>(region: Region, of: impl Fn([u32; 2]) -> Option<T> + Sync) -> Vec<T> {
     let tiles: Vec<Region> = region.tiles(NEAR).collect();
-    let of_tile = |tile: &Region| -> Vec<[u32; 2]> {
-        tile.tiles(BLOCK).flat_map(Region::iter).filter(|at| wanted(*at)).collect()
-    };
+    let of_tile = |tile: &Region| -> Vec<T> { tile.tiles(BLOCK).flat_map(Region::iter).filter_map(&of).collect() };
     tiles.par_iter().flat_map_iter(of_tile).collect()
 }

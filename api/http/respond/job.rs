@@ -281,6 +281,8 @@ impl JobView {
 
 /// The answer about a job: with the cost report if it has succeeded, its ETag, and when to ask again.
 pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
+    // Before the rest, so that a change meanwhile is not taken as known.
+    let version = job.record().version;
     let mut view = JobView::of(app, job);
     if view.state == JobState::Succeeded && view.frames.is_some() {
         let (app, record) = (Arc::clone(app), job.record().clone());
@@ -300,7 +302,6 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
         let seconds = view.eta_ms.map_or(1, |eta| (eta / 1e3).ceil() as u32).clamp(1, 10);
         headers.insert(header::RETRY_AFTER, seconds.into());
     }
-    let version = job.record().version;
     let Ok(said) = serde_json::to_vec(&view) else {
         return Problem::new(Kind::Internal, "the request failed").into_response();
     };
@@ -311,7 +312,7 @@ pub(crate) async fn shown(app: &App, job: &Arc<Job>) -> Response {
 
 /// The ETag of what is said of a job: its version, and a hash, since progress is no change of the job.
 fn etag(version: u64, said: &[u8]) -> String {
-    format!("\"v{version}-{}\"", HEXLOWER.encode(&Sha256::digest(said)[..6]))
+    format!("\"{}-{}\"", tag_of(version), HEXLOWER.encode(&Sha256::digest(said)[..6]))
 }
 
 /// Whether the conditions of a request that acts on a job hold for its version, whatever its progress.
@@ -327,7 +328,12 @@ pub(crate) fn holds(headers: &HeaderMap, version: u64) -> bool {
             conditions.extend(HeaderValue::try_from(tags.join(", ")).map(|tags| (name.clone(), tags)));
         }
     }
-    may_act(&conditions, Some(&format!("\"v{version}\"")))
+    may_act(&conditions, Some(&format!("\"{}\"", tag_of(version))))
+}
+
+/// How tags and messages name a version.
+pub(crate) fn tag_of(version: u64) -> String {
+    format!("v{version}")
 }
 
 /// The answer with the picture of a job.

@@ -226,7 +226,7 @@ fn check_conditions(headers: &HeaderMap, hash: &str, is_there: bool) -> Result<(
     if may_act(headers, etag.as_deref()) {
         return Ok(());
     }
-    let detail = etag.map_or_else(|| "you have not sent the asset".into(), |etag| format!("the asset is {etag}"));
+    let detail = if is_there { "the asset is there, with its hash as ETag" } else { "you have not sent the asset" };
     Err(Problem::new(Kind::PreconditionFailed, detail))
 }
 

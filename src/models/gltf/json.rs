@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_4;
 
 /// A file.
 #[derive(Debug, Default)]
@@ -226,12 +227,17 @@ pub(super) struct Light {
     pub(super) spot: Spot,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Spot {
-    #[serde(default)]
     pub(super) inner_cone_angle: f64,
-    pub(super) outer_cone_angle: Option<f64>,
+    pub(super) outer_cone_angle: f64,
+}
+
+impl Default for Spot {
+    fn default() -> Self {
+        Self { inner_cone_angle: 0.0, outer_cone_angle: FRAC_PI_4 }
+    }
 }
 
 #[derive(Debug, Deserialize)]

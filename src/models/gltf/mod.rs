@@ -33,7 +33,6 @@ use json::{Document, Light, Primitive};
 use materials::Materials;
 use nodes::Local;
 use std::collections::HashMap;
-use std::f64::consts::FRAC_PI_4;
 
 /// What a morph target that is looked at takes, roughly.
 const MORPH_BYTES: usize = 64;
@@ -401,10 +400,7 @@ impl Builder<'_> {
         let kind = match light.kind.as_str() {
             "directional" => LampKind::Directional,
             "point" => LampKind::Point,
-            "spot" => {
-                let outer = light.spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
-                LampKind::Spot { inner: light.spot.inner_cone_angle.min(outer), outer }
-            }
+            "spot" => LampKind::Spot { inner: light.spot.inner_cone_angle, outer: light.spot.outer_cone_angle },
             _ => {
                 let pointer = format!("/extensions/KHR_lights_punctual/lights/{index}/type");
                 let detail = "a light of an unknown kind is left out";

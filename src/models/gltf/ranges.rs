@@ -5,13 +5,15 @@ use super::super::fault::{Subject, Warning, warn};
 use super::json::{Camera, Document, Light, Node};
 use super::json_materials::Material;
 use glam::DQuat;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::FRAC_PI_2;
 use std::slice::from_mut;
 
 /// Numbers that the warning names.
 const SHOWN: usize = 3;
-/// How far the length of a rotation may be from 1: files have single precision.
-const ROUNDING: f64 = 1e-3;
+/// How far the length of a rotation may be from 1.
+const TURNED: f64 = 1e-3;
+/// How far other numbers may be out of range: files have single precision.
+const ROUNDING: f64 = 1e-6;
 
 const UNIT: [f64; 2] = [0.0, 1.0];
 const POSITIVE: [f64; 2] = [0.0, f64::INFINITY];
@@ -51,10 +53,14 @@ impl Ranges {
     fn take(&mut self, list: &str, index: usize, key: &str, numbers: &mut [f64], [least, most]: [f64; 2]) {
         let is_list = numbers.len() > 1;
         for (c, number) in numbers.iter_mut().enumerate().filter(|(_, number)| !(least..=most).contains(*number)) {
-            let taken = number.clamp(least, most);
-            let at = if is_list { format!("{list}/{index}/{key}/{c}") } else { format!("{list}/{index}/{key}") };
-            self.note(at, &format!("is {number} and taken as {taken}"));
+            let (says, taken) = (*number, number.clamp(least, most));
+            let off = (says - taken).abs();
             *number = taken;
+            if off <= ROUNDING * taken.abs().max(1.0) {
+                continue;
+            }
+            let at = if is_list { format!("{list}/{index}/{key}/{c}") } else { format!("{list}/{index}/{key}") };
+            self.note(at, &format!("is {says} and taken as {taken}"));
         }
     }
 
@@ -149,9 +155,9 @@ impl Ranges {
         self.take(LIST, index, "intensity", from_mut(&mut light.intensity), POSITIVE);
         self.take_positive(LIST, index, "range", &mut light.range);
         let spot = &mut light.spot;
-        self.take(LIST, index, "spot/outerConeAngle", spot.outer_cone_angle.as_mut_slice(), CONES);
-        let outer = spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
-        self.take(LIST, index, "spot/innerConeAngle", from_mut(&mut spot.inner_cone_angle), [0.0, outer]);
+        self.take(LIST, index, "spot/outerConeAngle", from_mut(&mut spot.outer_cone_angle), CONES);
+        let inner = [0.0, spot.outer_cone_angle];
+        self.take(LIST, index, "spot/innerConeAngle", from_mut(&mut spot.inner_cone_angle), inner);
     }
 
     fn camera(&mut self, index: usize, camera: &mut Camera, warnings: &mut Vec<Warning>) {
@@ -177,11 +183,12 @@ fn check_node(index: usize, node: &Node, warnings: &mut Vec<Warning>) {
                 "of nodes that have a matrix, and a translation, rotation or scale beside it, the matrix counts",
             );
         }
-        if [matrix[3], matrix[7], matrix[11], matrix[15]] != [0.0, 0.0, 0.0, 1.0] {
+        let off = [matrix[3], matrix[7], matrix[11], matrix[15] - 1.0];
+        if off.iter().any(|off| off.abs() > ROUNDING) {
             assumed("last-row", "matrix", "the last row of a node's matrix is taken as 0 0 0 1");
         }
     }
-    if node.rotation.is_some_and(|it| (DQuat::from_array(it).length() - 1.0).abs() > ROUNDING) {
+    if node.rotation.is_some_and(|it| (DQuat::from_array(it).length() - 1.0).abs() > TURNED) {
         assumed(
             "rotation",
             "rotation",

@@ -82,10 +82,14 @@ pub(super) fn skinned(
         let weights = buffers.elements::<4>(document, weights, &["VEC4"])?;
         for (vertex, (indices, weights)) in indices.into_iter().zip(weights).enumerate().take(count) {
             for (index, weight) in indices.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-                let joint = joints.get(index as usize).filter(|_| index >= 0.0 && index % 1.0 == 0.0);
-                let Some(joint) = joint else {
-                    let detail =
-                        format!("vertex {vertex} follows joint {index}, and the skin has {} joints", joints.len());
+                let is_index = index >= 0.0 && index % 1.0 == 0.0;
+                let Some(joint) = joints.get(index as usize).filter(|_| is_index) else {
+                    let why = if is_index {
+                        format!("and the skin has {} joints", joints.len())
+                    } else {
+                        "which is no index: unsigned integers that are not normalized are".to_owned()
+                    };
+                    let detail = format!("vertex {vertex} follows joint {index}, {why}");
                     let pointer = format!("{pointer}/attributes/JOINTS_{set}");
                     return Err(Fault::new(pointer, Kind::OutOfRange, detail));
                 };

@@ -77,9 +77,15 @@ impl Reader {
         let meaning = |property: &Property| Meaning::of(&property.name).filter(|_| property.length.is_none());
         let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
         let has = |wanted: fn(&Meaning) -> bool| meanings.iter().flatten().filter(|meaning| wanted(meaning)).count();
-        if has(|meaning| matches!(meaning, Meaning::Position(_))) < 3 {
-            let detail = "vertices need the properties x, y and z";
+        let places = [0, 1, 2].map(|c| {
+            meanings.iter().flatten().filter(|meaning| matches!(meaning, Meaning::Position(at) if *at == c)).count()
+        });
+        if places != [1; 3] {
+            let detail = "vertices need the properties x, y and z, each as one number";
             return Err(Fault::new("", Kind::MissingKey, detail).at(element.place));
+        }
+        if self.has_vertices {
+            return Err(Fault::new("", Kind::Invalid, "vertices are declared twice").at(element.place));
         }
         let has_normals = has(|meaning| matches!(meaning, Meaning::Normal(_))) >= 3;
         let has_uvs = has(|meaning| matches!(meaning, Meaning::Uv(_))) >= 2;

@@ -72,9 +72,6 @@ pub(super) fn header(text: &mut Text<'_>) -> Result<Header, Fault> {
                 let number: u64 = number.ok_or_else(|| {
                     count.fault(Kind::WrongType, format!("{} is no number of elements", count.quoted()))
                 })?;
-                if elements.iter().any(|element| element.name == name.text) {
-                    return Err(name.fault(Kind::Invalid, format!("{} is declared twice", name.quoted())));
-                }
                 let (name, place) = (name.text.to_vec(), word.place);
                 elements.push(Element { name, count: number, properties: Vec::new(), place });
             }
@@ -95,9 +92,6 @@ pub(super) fn header(text: &mut Text<'_>) -> Result<Header, Fault> {
                 let element = elements.last_mut();
                 let element =
                     element.ok_or_else(|| word.fault(Kind::Invalid, "a property before any element".into()))?;
-                if element.properties.iter().any(|property| property.name == next.text) {
-                    return Err(next.fault(Kind::Invalid, format!("{} is declared twice", next.quoted())));
-                }
                 element.properties.push(Property { name: next.text.to_vec(), length, scalar: of });
             }
             b"end_header" => {

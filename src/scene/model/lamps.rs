@@ -29,7 +29,9 @@ const BRIGHTEST: f64 = 4_294_967_296.0;
 
 /// Drops lamps that are farther than scenes reach.
 pub(super) fn drop_far(model: &mut Model) {
-    let is_far = |lamp: &mut Lamp| lamp.placed.w_axis.truncate().abs().max_element() > MAGNITUDE;
+    let is_far = |lamp: &mut Lamp| {
+        lamp.kind != LampKind::Directional && lamp.placed.w_axis.truncate().abs().max_element() > MAGNITUDE
+    };
     if model.lamps.extract_if(.., is_far).count() > 0 {
         let detail = format!("lamps that are more than {MAGNITUDE:e} from the model are left out");
         warn(&mut model.warnings, Subject::Skipped, "far-lamps", detail);

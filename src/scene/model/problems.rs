@@ -18,7 +18,8 @@ pub(super) fn located(format: ModelFormat, bytes: &[u8], Faults(faults): Faults)
 pub(super) fn placed(format: ModelFormat, bytes: &[u8], Problems(problems): Problems) -> Problems {
     // Those in the binary have no line.
     let (mut all, in_binary): (Vec<_>, Vec<_>) = problems.into_iter().partition(|problem| problem.offset.is_none());
-    let without = |problem: &&mut Problem| problem.line.is_none();
+    // A pointer leads to what a request asks for.
+    let without = |problem: &&mut Problem| problem.line.is_none() && problem.pointer.is_empty();
     match format {
         ModelFormat::Gltf => locate(gltf::json_of(bytes), &mut all),
         ModelFormat::Stl => all.iter_mut().filter(without).for_each(|problem| problem.offset = Some(0)),

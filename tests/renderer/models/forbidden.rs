@@ -114,15 +114,19 @@ fn cameras_that_cannot_be_are_refused_where_they_stand() {
 
 #[test]
 fn lamps_out_of_reach_are_left_out() {
-    let file = square(json!({
-        "extensionsUsed": ["KHR_lights_punctual"],
-        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point" }] } },
-        "nodes": [{ "mesh": 0 }, { "extensions": { "KHR_lights_punctual": { "light": 0 } }, "translation": [0, 0, 1e16] }],
-        "scenes": [{ "nodes": [0, 1] }]
-    }));
     let view = overrides("front");
-    assert!(warned(ModelFormat::Gltf, &file, &view).iter().any(|it| it.contains("far-lamps")));
-    seen(&file, Format::Gltf, &view).middle();
+    // A sun has no place.
+    for (kind, is_left_out) in [("point", true), ("directional", false)] {
+        let lamp = json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } }, "translation": [0, 0, 1e16] });
+        let file = square(json!({
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": { "KHR_lights_punctual": { "lights": [{ "type": kind }] } },
+            "nodes": [{ "mesh": 0 }, lamp], "scenes": [{ "nodes": [0, 1] }]
+        }));
+        let warned = warned(ModelFormat::Gltf, &file, &view);
+        assert_eq!(warned.iter().any(|it| it.contains("far-lamps")), is_left_out, "{kind}");
+        assert!(seen(&file, Format::Gltf, &view).middle() != [0; 3], "{kind}");
+    }
 }
 
 /// What the scene of a model cannot be has a place in the file, too.
@@ -159,7 +163,7 @@ fn other_formats_tell_what_they_leave_out() {
         few.iter().any(|it| it.contains("less than three corners")) && few.iter().any(|it| it.contains("TextureFile"))
     );
     for (vertex, face, place) in [
-        (xyz.replace("float y", "float x"), faces.to_owned(), Some(5)),
+        (xyz.replace("float y", "float x"), faces.to_owned(), Some(3)),
         (xyz.replace("float y", "list uchar float y"), faces.to_owned(), Some(3)),
         (format!("{xyz}{xyz}"), faces.to_owned(), Some(7)),
         (xyz.to_owned(), faces.replace("vertex_indices", "vertex_idx"), Some(7)),
@@ -169,7 +173,11 @@ fn other_formats_tell_what_they_leave_out() {
     }
     let stl = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
     imported(stl.as_bytes(), ModelFormat::Stl, &view);
-    for (wrong, line) in [(stl.replace("endloop\n", ""), 7), (stl.replace("outer loop\n", ""), 3)] {
+    let cut = stl.split_once("endloop").unwrap().0.to_owned();
+    let one_end = stl.replace("endloop\nendfacet\n", "");
+    for (wrong, line) in
+        [(stl.replace("endloop\n", ""), 7), (stl.replace("outer loop\n", ""), 3), (cut, 7), (one_end, 7)]
+    {
         assert_eq!(refused(Format::Stl, wrong.as_bytes(), &view).line, Some(line), "{wrong}");
     }
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncall other.obj\n";

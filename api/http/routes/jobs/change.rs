@@ -5,7 +5,7 @@ use crate::http::extract::named_job::NamedJob;
 use crate::http::extract::{body, json_body};
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
-use crate::http::respond::job::{JobView, holds, shown};
+use crate::http::respond::job::{JobView, holds, shown, tag_of};
 use crate::service::error::Error;
 use crate::service::jobs::Job;
 use axum::body::Body as RequestBody;
@@ -93,9 +93,13 @@ async fn change(
 
 /// The job has another version than the request wants.
 fn other_version(headers: &HeaderMap, version: u64) -> Problem {
-    let is = format!("the job is \"v{version}\" by now");
+    let is = tag_of(version);
     let wanted = headers.get(header::IF_MATCH).and_then(|wanted| wanted.to_str().ok());
-    Problem::new(Kind::PreconditionFailed, wanted.map_or(is.clone(), |wanted| format!("{is}, not {wanted}")))
+    let detail = match wanted {
+        Some(wanted) => format!("the job is {is} by now, not {wanted}"),
+        None => format!("the job is {is}, which If-None-Match excludes"),
+    };
+    Problem::new(Kind::PreconditionFailed, detail)
 }
 
 /// Refuses to act on a job if the conditions of the request do not hold.
