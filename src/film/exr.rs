@@ -92,6 +92,7 @@ fn sort_attributes(file: &mut [u8]) {
 mod tests {
     use super::super::{FileFormat, Region, encode, encode::test_film};
     use super::*;
+    use crate::control::Control;
     use exr::prelude::{ReadChannels, ReadLayers, read};
     use std::io::Cursor;
 
@@ -116,5 +117,16 @@ mod tests {
         assert_eq!(image.layer_data.size, Vec2(20, 17));
         assert_eq!(image.attributes.display_window, IntegerBounds::new((0, 0), (40, 30)));
         assert_eq!(file, encode(&film, FileFormat::Exr));
+    }
+
+    /// Blocks are written at once, after milliseconds of compression.
+    #[test]
+    fn a_file_that_nobody_waits_for_ends() {
+        let film = test_film(Region { x: 0, y: 0, width: 256, height: 256 }, 256, 256);
+        let whole = encode(&film, FileFormat::Exr).len();
+        let control = Control::default();
+        control.cancel();
+        let _entered = control.enter();
+        assert!(encode(&film, FileFormat::Exr).len() < whole);
     }
 }
