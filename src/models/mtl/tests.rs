@@ -1,3 +1,5 @@
+//! Materials of MTL: what each key becomes, what is left out, and what is wrong.
+
 use super::super::fault::Place;
 use super::super::parts::exact_or_plain;
 use super::*;
