@@ -6,11 +6,16 @@
 use super::geometry::Geometry;
 use super::item::Shape;
 use super::wide_bvh::{Child, WideBvh, WideNode};
-use crate::lanes::{MAX_LANES, Real};
+use crate::lanes::{Double, MAX_LANES, Real, dispatch};
+use fearless_simd::{Level, f64x8};
 use std::ops::Range;
 
 /// The bound for the scene whose root is `geometries[root]`. Geometries come after those they place.
 pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
+    dispatch!(Level::new(), over_lanes::<f64x8, f64>(geometries, root))
+}
+
+fn over_lanes<W: Double>(s: W::Simd, geometries: &[Geometry<impl Real>], root: usize) -> f64 {
     let mut known: Vec<f64> = Vec::with_capacity(geometries.len());
     for geometry in geometries {
         let weight = |item: u32| match &geometry.items[item as usize].shape {
@@ -23,22 +28,31 @@ pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
             true => geometry.primitives[places].iter().map(|primitive| weight(primitive.item)).sum(),
             false => places.len() as f64,
         };
-        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below(wide, wide.root, &leaf));
+        let bounded = geometry.wide.as_ref().map_or(0.0, |wide| below::<W, _>(s, wide, wide.root, &leaf));
         known.push(unbounded + bounded);
     }
     known.get(root).copied().unwrap_or_default()
 }
 
 /// The bound below a node or a leaf.
-fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize>) -> f64) -> f64 {
+fn below<W: Double, R: Real>(
+    s: W::Simd,
+    wide: &WideBvh<R>,
+    child: Child,
+    of_leaf: &impl Fn(Range<usize>) -> f64,
+) -> f64 {
     match child.index() {
         Ok(node) => {
             let node = &wide.nodes[node];
             let mut weights = [0.0; MAX_LANES];
             for (weight, child) in weights.iter_mut().zip(&node.children[..node.count as usize]) {
-                *weight = below(wide, *child, of_leaf);
+                *weight = below::<W, R>(s, wide, *child, of_leaf);
             }
-            densest(node, &weights)
+            W::vectorize(
+                s,
+                #[inline(always)]
+                || densest::<W, R>(s, node, &weights),
+            )
         }
         Err(leaf) => of_leaf(wide.leaves[leaf].places()),
     }
@@ -46,20 +60,28 @@ fn below<R: Real>(wide: &WideBvh<R>, child: Child, of_leaf: &impl Fn(Range<usize
 
 /// The largest sum of weights of boxes that hold one point: at most that of intervals along each axis, which is largest where
 /// one of them begins.
-fn densest<R: Real>(node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
-    let along = |axis: usize| {
-        let (min, max) = (&node.min[axis], &node.max[axis]);
-        // What each beginning is in. Boxes that a node has not weigh nothing, so all have turns and none is asked for; and without a
-        // branch the compiler takes several at once.
-        let mut sums = [0.0; MAX_LANES];
-        for ((low, high), weight) in min.iter().zip(max).zip(weights) {
-            for (sum, point) in sums.iter_mut().zip(min) {
-                *sum += if (low <= point) & (point <= high) { *weight } else { 0.0 };
+#[inline(always)]
+fn densest<W: Double, R: Real>(s: W::Simd, node: &WideNode<R>, weights: &[f64; MAX_LANES]) -> f64 {
+    let count = node.count as usize;
+    let mut least = f64::INFINITY;
+    for axis in 0..3 {
+        let [min, max] = [&node.min[axis], &node.max[axis]].map(|ends| ends.map(R::to_f64));
+        let mut most = 0.0f64;
+        for first in (0..count).step_by(W::COUNT) {
+            // What each beginning is in.
+            let points = W::load(s, &min[first..]);
+            let (zero, mut sums) = (W::lit(s, 0.0), W::lit(s, 0.0));
+            for ((low, high), weight) in min.iter().zip(&max).zip(weights).take(count) {
+                let inside = W::splat(s, *low).le(points) & points.le(W::splat(s, *high));
+                sums = sums + W::select(inside, W::splat(s, *weight), zero);
+            }
+            for lane in 0..W::COUNT.min(count - first) {
+                most = most.max(sums.lane(lane));
             }
         }
-        sums[..node.count as usize].iter().copied().fold(0.0, f64::max)
-    };
-    along(0).min(along(1)).min(along(2))
+        least = least.min(most);
+    }
+    least
 }
 
 #[cfg(test)]
@@ -67,11 +89,15 @@ mod tests {
     use crate::scene::compile::Precise;
     use crate::scene::{Format, Overrides, load};
 
-    fn overlap(objects: &str, definitions: &str) -> f64 {
-        let text = format!(
+    fn scene(objects: &str, definitions: &str) -> String {
+        format!(
             r#"{{ "version": 1, "camera": {{ "pinhole": {{ "eye": [0, 0, 5], "look_at": [0, 0, 0] }} }},
                 "definitions": {{ {definitions} }}, "objects": [ {objects} ] }}"#
-        );
+        )
+    }
+
+    fn overlap(objects: &str, definitions: &str) -> f64 {
+        let text = scene(objects, definitions);
         match load(text.as_bytes(), Format::Json, &Overrides::default()).unwrap().scene.world {
             Precise::Single(world) => super::overlap(&world.geometries, world.root),
             Precise::Double(world) => super::overlap(&world.geometries, world.root),
@@ -80,6 +106,20 @@ mod tests {
 
     fn ball(x: f64) -> String {
         format!(r#"{{ "sphere": {{ "center": [{x}, 0, 0], "radius": 1 }} }}"#)
+    }
+
+    /// The slow twin has one lane.
+    #[test]
+    fn lanes_do_not_count() {
+        let balls: Vec<_> = (0..500).map(|i| ball(f64::from(i * i % 331) * 0.7)).collect();
+        let text = scene(&balls.join(", "), "");
+        let Precise::Single(world) = load(text.as_bytes(), Format::Json, &Overrides::default()).unwrap().scene.world
+        else {
+            panic!("single precision is the default")
+        };
+        let found = super::overlap(&world.geometries, world.root);
+        assert!(found > 10.0, "{found}");
+        assert_eq!(found, super::over_lanes::<f64>((), &world.geometries, world.root));
     }
 
     #[test]

@@ -2,10 +2,11 @@
 //! angle, so that a sum over texels is an integral over directions. Plain means over the rows of an equirectangular picture would
 //! count what is near the poles several times.
 
-use super::texture::environment::Environment;
+use super::texture::environment::{Environment, directions};
 use super::texture::mipmap::Mipmap;
-use crate::lanes::{V3, angle};
+use crate::lanes::{Double, V3, angle, dispatch};
 use crate::math::{self, Rgb};
+use fearless_simd::{Level as Instructions, f64x8};
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,6 +18,8 @@ pub(super) const ROWS: u32 = 128;
 #[derive(Debug)]
 pub(super) struct Sphere {
     levels: Vec<Level>,
+    /// The directions to the texels of the largest copy.
+    directions: Vec<DVec3>,
 }
 
 /// Rows from top to bottom.
@@ -41,31 +44,27 @@ impl Sphere {
             let texels = texels.into_iter().map(|texel| texel.map(|channel| channel as f32)).collect();
             Environment { mipmap: Arc::new(Mipmap::new(columns, rows, texels)), ..*environment }
         };
-        let texel = |i: u32| {
-            let dir = middle(i % (2 * ROWS), i / (2 * ROWS), ROWS);
-            let V3 { x, y, z } = reduced.radiance((), V3 { x: dir.x, y: dir.y, z: dir.z }, 0.0, 1);
-            Rgb::new(x, y, z)
-        };
-        let mut levels = vec![Level::new(ROWS as usize, (0..2 * ROWS * ROWS).map(texel).collect())];
+        let directions = directions(ROWS);
+        let texels = dispatch!(Instructions::new(), looked_up::<f64x8, f64>(&reduced, &directions));
+        let mut levels = vec![Level::new(ROWS as usize, texels)];
         while let Some(next) = levels.last().and_then(Level::halved) {
             levels.push(next);
         }
-        Self { levels }
+        Self { levels, directions }
     }
 
     /// Bytes of memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        self.levels.iter().map(|level| size_of_val(&level.texels[..]) + size_of_val(&level.bands[..])).sum()
+        let of_level = |level: &Level| size_of_val(&level.texels[..]) + size_of_val(&level.bands[..]);
+        self.levels.iter().map(of_level).sum::<usize>() + size_of_val(&self.directions[..])
     }
 
     /// Unit directions, how large the solid angles around them are, and the mean light of each.
     pub(super) fn parts(&self) -> impl Iterator<Item = (DVec3, f64, Rgb)> {
         let Level { texels, bands, .. } = &self.levels[0];
         let columns = 2 * ROWS as usize;
-        texels.iter().enumerate().map(move |(i, light)| {
-            let (column, row) = (i % columns, i / columns);
-            (middle(column as u32, row as u32, ROWS), bands[row] * 2.0 * PI / columns as f64, *light)
-        })
+        let parts = self.directions.iter().zip(texels).enumerate();
+        parts.map(move |(i, (dir, light))| (*dir, bands[i / columns] * 2.0 * PI / columns as f64, *light))
     }
 
     /// Means over about so many radians.
@@ -90,17 +89,16 @@ pub(super) struct Lobe<'a> {
 }
 
 impl Lobe<'_> {
-    /// The mean light around a unit direction.
-    pub(super) fn mean(&self, dir: DVec3) -> Rgb {
-        let place = Place::of(dir);
-        let light = self.level.mean(&place, self.spread);
+    /// The mean light around a direction.
+    pub(super) fn mean(&self, place: &Place) -> Rgb {
+        let light = self.level.mean(place, self.spread);
         let Some(next) = self.next else { return light };
-        light * (1.0 - self.share) + next.mean(&place, self.spread) * self.share
+        light * (1.0 - self.share) + next.mean(place, self.spread) * self.share
     }
 }
 
 /// Where a unit direction is in pictures of any size.
-struct Place {
+pub(super) struct Place {
     /// From 0 to 1 around.
     turn: f64,
     /// From 0 to 1 down.
@@ -110,9 +108,14 @@ struct Place {
 }
 
 impl Place {
-    fn of(dir: DVec3) -> Self {
-        let flat = math::hypot(dir.x, dir.z);
-        Self { turn: angle((), dir.x, -dir.z) / (2.0 * PI) + 0.5, height: 0.5 - angle((), dir.y, flat) / PI, flat }
+    /// Those of directions, the first one's first.
+    #[inline(always)]
+    pub(super) fn of<W: Double>(s: W::Simd, dir: V3<W>) -> impl Iterator<Item = Self> {
+        let lit = |x: f64| W::lit(s, x);
+        let flat = (dir.x * dir.x + dir.z * dir.z).sqrt();
+        let turn = angle(s, dir.x, -dir.z) / lit(2.0 * PI) + lit(0.5);
+        let height = lit(0.5) - angle(s, dir.y, flat) / lit(PI);
+        (0..W::COUNT).map(move |i| Self { turn: turn.lane(i), height: height.lane(i), flat: flat.lane(i) })
     }
 }
 
@@ -169,12 +172,28 @@ impl Level {
     }
 }
 
-/// The middle of a texel of an equirectangular picture, as [`Environment`] lays it out.
-pub(super) fn middle(column: u32, row: u32, rows: u32) -> DVec3 {
-    let share = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
-    let ((east, north), (up, flat)) =
-        (math::sin_cos((share(column, 2 * rows) - 0.5) * 2.0 * PI), math::sin_cos((0.5 - share(row, rows)) * PI));
-    DVec3::new(flat * east, up, -flat * north)
+/// An environment's radiance in some directions.
+fn looked_up<W: Double>(s: W::Simd, environment: &Environment, directions: &[DVec3]) -> Vec<Rgb> {
+    let mut texels = Vec::with_capacity(directions.len());
+    W::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            for some in directions.chunks(W::COUNT) {
+                let lanes = ((1u64 << some.len()) - 1) as u32;
+                let V3 { x, y, z } = environment.radiance(s, beside(s, some), W::lit(s, 0.0), lanes);
+                texels.extend((0..some.len()).map(|lane| Rgb::new(x.lane(lane), y.lane(lane), z.lane(lane))));
+            }
+        },
+    );
+    texels
+}
+
+/// At most as many vectors as there are lanes; those beyond are the last one.
+#[inline(always)]
+pub(super) fn beside<W: Double>(s: W::Simd, vectors: &[DVec3]) -> V3<W> {
+    let of = |lane: usize| vectors[lane.min(vectors.len() - 1)];
+    V3 { x: W::from_fn(s, |lane| of(lane).x), y: W::from_fn(s, |lane| of(lane).y), z: W::from_fn(s, |lane| of(lane).z) }
 }
 
 /// How high the band of a row is on the unit sphere: its share of all directions, times 2.
@@ -212,6 +231,10 @@ mod tests {
         }
     }
 
+    fn place(dir: DVec3) -> Place {
+        Place::of::<f64>((), V3 { x: dir.x, y: dir.y, z: dir.z }).next().unwrap()
+    }
+
     /// Means over lobes, added up over all directions, are the light of all directions.
     #[test]
     fn lookups_neither_add_nor_lose_light() {
@@ -220,7 +243,7 @@ mod tests {
             let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
             for spread in [0.01, 0.05, 0.11, 0.3, 0.7] {
                 let lobe = sphere.lobe(spread);
-                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * lobe.mean(dir).x).sum();
+                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * lobe.mean(&place(dir)).x).sum();
                 assert!((seen / all - 1.0).abs() < 0.2, "{rows} rows, {spread}: {seen} for {all}");
             }
         }

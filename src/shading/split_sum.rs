@@ -4,8 +4,9 @@
 //! They are means over visible facets (`microfacet.rs`), in a table.
 
 use super::microfacet::{smith_g1, visible_facet};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3, lanes_of};
+use crate::lanes::{Double, Lanes, MAX_LANES, Mask, Real, V3, dispatch, lanes_of};
 use crate::math;
+use fearless_simd::{Level, f64x8};
 use std::sync::OnceLock;
 
 /// Steps of the cosine between ray and normal, and of the roughness.
@@ -19,10 +20,10 @@ const FACETS: [u32; 2] = [16, 64];
 const ALONG: f64 = 1e-3;
 
 /// a, b and the cosine of the facets by cosine, for one roughness.
-type Column = [[f64; 3]; COSINES + 1];
+type Shares = [[f64; 3]; COSINES + 1];
 
 /// The columns of those roughnesses that a surface has asked for.
-struct Table([OnceLock<Column>; ROUGHNESSES + 1]);
+struct Table([OnceLock<Shares>; ROUGHNESSES + 1]);
 
 impl Table {
     fn get() -> &'static Self {
@@ -31,8 +32,11 @@ impl Table {
     }
 
     /// By one thread: in a pool, it might take up other work that waits for the column.
-    fn column(&self, j: usize) -> &Column {
-        self.0[j].get_or_init(|| std::array::from_fn(|i| integral(ratio(i, COSINES), ratio(j, ROUGHNESSES))))
+    fn column(&self, j: usize) -> &Shares {
+        self.0[j].get_or_init(
+            #[cold]
+            || dispatch!(Level::new(), integrals::<f64x8, f64>(ratio(j, ROUGHNESSES))),
+        )
     }
 
     /// Bilinear.
@@ -53,23 +57,41 @@ fn ratio(i: usize, of: usize) -> f64 {
     i as f64 / of as f64
 }
 
-fn integral(cosine: f64, roughness: f64) -> [f64; 3] {
+/// A column of the table.
+fn integrals<W: Double>(s: W::Simd, roughness: f64) -> Shares {
+    std::array::from_fn(|i| {
+        W::vectorize(
+            s,
+            #[inline(always)]
+            || integral::<W>(s, ratio(i, COSINES), roughness),
+        )
+    })
+}
+
+/// Facets over lanes, added up in their order, so that lanes do not count.
+#[inline(always)]
+fn integral<W: Double>(s: W::Simd, cosine: f64, roughness: f64) -> [f64; 3] {
     let cosine = cosine.max(ALONG);
-    let ns = V3 { x: 0.0, y: 0.0, z: 1.0 };
-    let eye = V3 { x: (1.0 - cosine * cosine).max(0.0).sqrt(), y: 0.0, z: cosine };
-    let alpha = roughness * roughness;
+    let splat = |x: f64| W::splat(s, x);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let ns = V3 { x: zero, y: zero, z: one };
+    let eye = V3 { x: splat((1.0 - cosine * cosine).max(0.0).sqrt()), y: zero, z: splat(cosine) };
+    let alpha = splat(roughness * roughness);
     let mut sums = [0.0; 2];
     let [across, along] = FACETS;
-    for i in 0..across * along {
+    for first in (0..across * along).step_by(W::COUNT) {
         let share = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);
-        let point = [share(i % across, across), share(i / across, along)];
-        let facet = visible_facet((), ns, eye, alpha, point);
-        let versine = (1.0 - facet.dot(eye)).max(0.0);
-        let out = facet * (2.0 * facet.dot(eye)) - eye;
-        if out.z > 0.0 {
-            let (share, grazing) = (smith_g1((), ns, out, alpha), versine * versine * versine * versine * versine);
-            sums[0] += share * (1.0 - grazing);
-            sums[1] += share * grazing;
+        let a = W::from_fn(s, |lane| share((first + lane as u32) % across, across));
+        let b = W::from_fn(s, |lane| share((first + lane as u32) / across, along));
+        let facet = visible_facet(s, ns, eye, alpha, [a, b]);
+        let cosine = facet.dot(eye);
+        let versine = (one - cosine).max(zero);
+        let out = facet * (cosine + cosine) - eye;
+        let (share, grazing) = (smith_g1(s, ns, out, alpha), versine * versine * versine * versine * versine);
+        let (whole, part) = (share * (one - grazing), share * grazing);
+        for lane in lanes_of(out.z.gt(zero).bits() & W::ALL) {
+            sums[0] += whole.lane(lane);
+            sums[1] += part.lane(lane);
         }
     }
     let [a, b] = sums.map(|sum| sum / f64::from(across * along));
@@ -126,6 +148,15 @@ mod tests {
             let [a, b, _] = reflected_share((), cosine, roughness, 1);
             let off = (a - expected[0]).abs().max((b - expected[1]).abs());
             assert!(off < 3e-3, "cos {cosine}, roughness {roughness}: {a} {b} instead of {expected:?}");
+        }
+    }
+
+    /// The slow twin goes facet by facet.
+    #[test]
+    fn lanes_do_not_count() {
+        for roughness in [0.0, 0.0625, 0.5, 1.0] {
+            let lanes = dispatch!(Level::new(), integrals::<f64x8, f64>(roughness));
+            assert_eq!(lanes, integrals::<f64>((), roughness), "{roughness}");
         }
     }
 

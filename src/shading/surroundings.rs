@@ -3,11 +3,13 @@
 //! (Karis, Real Shading in Unreal Engine 4, 2013). Nothing in the scene hides any of it.
 
 use super::microfacet::{smith_g1, visible_facet};
-use super::sphere::{Lobe, Sphere, middle};
-use super::texture::environment::Environment;
+use super::sphere::{Lobe, Place, Sphere, beside};
+use super::texture::environment::{Environment, directions};
 use super::texture::mipmap::Mipmap;
-use crate::lanes::{Double, Lanes, Mask, Real, V3};
+use crate::lanes::{Double, Lanes, Mask, Real, V3, dispatch};
 use crate::math::Rgb;
+use fearless_simd::{Level, f64x8};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -149,10 +151,18 @@ fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
 /// A blurred picture: what lobes of its roughness see in each direction, looked at head on. By one thread: in a pool, one that makes a
 /// picture for a ray might take up other work that waits for it.
 fn blurred(sphere: &Sphere, i: usize) -> Environment {
-    let (roughness, rows) = BLURRED[i];
+    let (_, rows) = BLURRED[i];
+    let texels = dispatch!(Level::new(), texels::<f64x8, f64>(sphere, i));
+    Environment { mipmap: Arc::new(Mipmap::new(2 * rows, rows, texels)), turn: 0.0, intensity: 1.0 }
+}
+
+/// A look of a lobe: its direction from the normal z, its weight, and its share of the lobe.
+type Look<'a> = (DVec3, f64, Lobe<'a>);
+
+fn looks(sphere: &Sphere, roughness: f64) -> Vec<Look<'_>> {
     let alpha = roughness * roughness;
     let up = V3 { x: 0.0, y: 0.0, z: 1.0 };
-    let looks: Vec<(V3<f64>, f64, Lobe<'_>)> = (0..LOOKS)
+    (0..LOOKS)
         .filter_map(|i| {
             // Hammersley's points.
             let point = [(f64::from(i) + 0.5) / f64::from(LOOKS), f64::from(i.reverse_bits()) / 4_294_967_296.0];
@@ -162,27 +172,44 @@ fn blurred(sphere: &Sphere, i: usize) -> Environment {
             let spread = alpha * alpha * facet.z * facet.z + across;
             let density = alpha * alpha / (4.0 * PI * spread * spread);
             let angle = (1.0 / (f64::from(LOOKS) * density)).sqrt().min(0.5);
-            (out.z > 0.0).then(|| (out, smith_g1((), up, out, alpha), sphere.lobe(angle)))
+            let dir = DVec3::new(out.x, out.y, out.z);
+            (out.z > 0.0).then(|| (dir, smith_g1((), up, out, alpha), sphere.lobe(angle)))
         })
-        .collect();
+        .collect()
+}
+
+/// The texels of a blurred picture. Looks are added up in their order, so that lanes do not count.
+fn texels<W: Double>(s: W::Simd, sphere: &Sphere, i: usize) -> Vec<[f32; 3]> {
+    let (roughness, rows) = BLURRED[i];
+    let looks = looks(sphere, roughness);
+    let outs: Vec<DVec3> = looks.iter().map(|(out, ..)| *out).collect();
     let all: f64 = looks.iter().map(|(_, weight, _)| weight).sum();
-    let texel = |i: u32| {
-        let n = middle(i % (2 * rows), i / (2 * rows), rows);
+    let texel = |n: DVec3| {
         let (right, ahead) = n.any_orthonormal_pair();
-        let light = looks.iter().fold(Rgb::ZERO, |light, (out, weight, lobe)| {
-            light + lobe.mean(right * out.x + ahead * out.y + n * out.z) * *weight
-        });
+        let mut light = Rgb::ZERO;
+        W::vectorize(
+            s,
+            #[inline(always)]
+            || {
+                let [right, ahead, n] = [right, ahead, n].map(|v| V3::<W>::splat(s, v.to_array()));
+                for (outs, looks) in outs.chunks(W::COUNT).zip(looks.chunks(W::COUNT)) {
+                    let out = beside::<W>(s, outs);
+                    let places = Place::of(s, right * out.x + ahead * out.y + n * out.z);
+                    for ((_, weight, lobe), place) in looks.iter().zip(places) {
+                        light += lobe.mean(&place) * *weight;
+                    }
+                }
+            },
+        );
         (light / all).to_array().map(|channel| channel as f32)
     };
-    let texels = (0..2 * rows * rows).map(texel).collect();
-    Environment { mipmap: Arc::new(Mipmap::new(2 * rows, rows, texels)), turn: 0.0, intensity: 1.0 }
+    directions(rows).into_iter().map(texel).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::shading::texture::environment::clear_sky;
-    use glam::DVec3;
 
     fn made(surroundings: &Surroundings) -> usize {
         surroundings.blurred.iter().filter(|picture| picture.get().is_some()).count()

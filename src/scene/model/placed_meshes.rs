@@ -145,11 +145,16 @@ impl<const N: usize> Extremes<N> {
 
     fn add(&mut self, points: &[[f64; 3]], matrix: &DMat4) {
         // A plane in the model is one in the geometry.
-        for (direction, most) in self.directions.iter().zip(&mut self.most) {
-            let inside = matrix.transpose().transform_vector3(*direction);
+        let inside = self.directions.map(|direction| matrix.transpose().transform_vector3(direction));
+        let mut farthest = [f64::NEG_INFINITY; N];
+        for point in points {
+            let point = DVec3::from_array(*point);
+            for (farthest, inside) in farthest.iter_mut().zip(&inside) {
+                *farthest = farthest.max(inside.dot(point));
+            }
+        }
+        for ((direction, farthest), most) in self.directions.iter().zip(farthest).zip(&mut self.most) {
             let shift = direction.dot(matrix.w_axis.truncate() - self.origin);
-            let farthest =
-                points.iter().map(|point| inside.dot(DVec3::from_array(*point))).fold(f64::NEG_INFINITY, f64::max);
             *most = most.max(farthest + shift);
         }
     }

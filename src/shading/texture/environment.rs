@@ -3,7 +3,8 @@
 use super::lookup::Wrap;
 use super::mipmap::Mipmap;
 use crate::lanes::{Double, V3, angle};
-use crate::math::Rgb;
+use crate::math::{Rgb, sin_cos};
+use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -30,6 +31,18 @@ impl Environment {
         let uv = [lit(0.5) + longitude, lit(0.5) + latitude];
         self.mipmap.at(s, uv, level, [Wrap::Repeat, Wrap::Clamp].into(), lanes) * lit(self.intensity)
     }
+}
+
+/// The directions to the middles of the texels of an environment map of so many rows and twice as many columns, row by row.
+pub fn directions(rows: u32) -> Vec<DVec3> {
+    let columns = 2 * rows;
+    let share = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
+    let around: Vec<_> = (0..columns).map(|column| sin_cos((share(column, columns) - 0.5) * 2.0 * PI)).collect();
+    let of_row = |row| {
+        let (up, flat) = sin_cos((0.5 - share(row, rows)) * PI);
+        around.iter().map(move |(east, north)| DVec3::new(flat * east, up, -flat * north))
+    };
+    (0..rows).flat_map(of_row).collect()
 }
 
 /// A clear sky over ground of one color, as a picture of one column.

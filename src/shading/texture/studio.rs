@@ -1,10 +1,10 @@
 //! A photographer's studio as a formula: bright walls around five soft panels. White that scatters its light shows 0.70 from the front
 //! (+z), 0.94 to 1.00 from the upper front, 1.35 from above, 0.37 from below, 0.68 to 0.82 from the sides and the back.
 
+use super::environment::directions;
 use super::mipmap::Mipmap;
 use crate::math::sin_cos;
 use glam::DVec3;
-use std::f64::consts::PI;
 use std::sync::{Arc, LazyLock};
 
 /// Rows of its picture: the edges of panels are four texels wide.
@@ -69,22 +69,19 @@ pub fn studio() -> Arc<Mipmap> {
 
 fn drawn() -> Mipmap {
     let panels = PANELS.each_ref().map(|panel| (panel, panel.frame()));
-    let texel = |i: u32| {
-        let share = |k: u32, of: u32| (f64::from(k) + 0.5) / f64::from(of);
-        let (east, north) = sin_cos((share(i % (2 * ROWS), 2 * ROWS) - 0.5) * 2.0 * PI);
-        let (up, flat) = sin_cos((0.5 - share(i / (2 * ROWS), ROWS)) * PI);
-        let dir = DVec3::new(flat * east, up, -flat * north);
+    let texel = |dir: DVec3| {
         let light = panels
             .iter()
             .fold(walls(dir.y), |light, (panel, frame)| light + (panel.radiance - light) * panel.share(frame, dir));
         [light as f32; 3]
     };
-    Mipmap::new(2 * ROWS, ROWS, (0..2 * ROWS * ROWS).map(texel).collect())
+    Mipmap::new(2 * ROWS, ROWS, directions(ROWS).into_iter().map(texel).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// What white shows that faces a direction, by the integral.
     fn white(facing: DVec3) -> f64 {
