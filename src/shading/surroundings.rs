@@ -191,7 +191,8 @@ fn texels<W: Double>(s: W::Simd, sphere: &Sphere, i: usize) -> Vec<[f32; 3]> {
             s,
             #[inline(always)]
             || {
-                let [right, ahead, n] = [right, ahead, n].map(|v| V3::<W>::splat(s, v.to_array()));
+                let (right, ahead) = (V3::<W>::splat(s, right.to_array()), V3::<W>::splat(s, ahead.to_array()));
+                let n = V3::<W>::splat(s, n.to_array());
                 for (outs, looks) in outs.chunks(W::COUNT).zip(looks.chunks(W::COUNT)) {
                     let out = beside::<W>(s, outs);
                     let places = Place::of(s, right * out.x + ahead * out.y + n * out.z);
