@@ -18,8 +18,6 @@ pub(super) const ROWS: u32 = 128;
 #[derive(Debug)]
 pub(super) struct Sphere {
     levels: Vec<Level>,
-    /// The directions to the texels of the largest copy.
-    directions: Vec<DVec3>,
 }
 
 /// Rows from top to bottom.
@@ -44,27 +42,25 @@ impl Sphere {
             let texels = texels.into_iter().map(|texel| texel.map(|channel| channel as f32)).collect();
             Environment { mipmap: Arc::new(Mipmap::new(columns, rows, texels)), ..*environment }
         };
-        let directions = directions(ROWS);
-        let texels = dispatch!(Instructions::new(), looked_up::<f64x8, f64>(&reduced, &directions));
+        let texels = dispatch!(Instructions::new(), looked_up::<f64x8, f64>(&reduced, &directions(ROWS)));
         let mut levels = vec![Level::new(ROWS as usize, texels)];
         while let Some(next) = levels.last().and_then(Level::halved) {
             levels.push(next);
         }
-        Self { levels, directions }
+        Self { levels }
     }
 
     /// Bytes of memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        let of_level = |level: &Level| size_of_val(&level.texels[..]) + size_of_val(&level.bands[..]);
-        self.levels.iter().map(of_level).sum::<usize>() + size_of_val(&self.directions[..])
+        self.levels.iter().map(|level| size_of_val(&level.texels[..]) + size_of_val(&level.bands[..])).sum()
     }
 
     /// Unit directions, how large the solid angles around them are, and the mean light of each.
     pub(super) fn parts(&self) -> impl Iterator<Item = (DVec3, f64, Rgb)> {
         let Level { texels, bands, .. } = &self.levels[0];
         let columns = 2 * ROWS as usize;
-        let parts = self.directions.iter().zip(texels).enumerate();
-        parts.map(move |(i, (dir, light))| (*dir, bands[i / columns] * 2.0 * PI / columns as f64, *light))
+        let parts = directions(ROWS).into_iter().zip(texels).enumerate();
+        parts.map(move |(i, (dir, light))| (dir, bands[i / columns] * 2.0 * PI / columns as f64, *light))
     }
 
     /// Means over about so many radians.
