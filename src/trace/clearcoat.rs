@@ -37,7 +37,7 @@ pub(super) fn scatter_clearcoat<L: Lanes, O: Observer<L>, V: Variant>(
             }
             let weight = rays.weight * lobes.clearcoat_by_rays;
             if rays.depth >= tracer.world.rules.max_depth {
-                tracer.record_omitted_rays(coated, weight, rays.depth + 1, false);
+                tracer.omit_children(coated, weight, rays.depth + 1, false);
                 if O::WATCHING {
                     tracer.observer.not_followed(number, RayKind::Reflected, weight, NotFollowed::Depth);
                 }

@@ -47,7 +47,7 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
-        tracer.record_omitted_rays(diffuse, rays.weight.times(kd), rays.depth + 1, false);
+        tracer.omit_children(diffuse, rays.weight.times(kd), rays.depth + 1, false);
         return;
     }
     let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::ColorBleeding);

@@ -275,9 +275,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
         let s = self.s;
         let number = if O::WATCHING { self.observer.ray(rays, &self.media) } else { 0 };
-        if V::DETAILS {
-            self.begin_roulette(rays);
-        }
         let mut cast = Rays {
             origin: rays.origin,
             dir: rays.dir,
@@ -301,6 +298,10 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         } else {
             rays
         };
+        if V::DETAILS {
+            // Children stand for what arrives: the light of the way is there whether they are followed or not.
+            self.begin_roulette(rays);
+        }
         let found = hits.found;
         let missed = rays.active & !found;
         if missed != 0 {

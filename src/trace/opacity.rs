@@ -38,7 +38,7 @@ pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
             }
             let weight = rays.weight * (one - opacity);
             if rays.depth >= tracer.world.rules.max_depth {
-                tracer.record_omitted_rays(open, weight, rays.depth + 1, rays.straight);
+                tracer.omit_children(open, weight, rays.depth + 1, rays.straight);
             } else {
                 let next = tracer.cones.next;
                 tracer.cones.go_on();

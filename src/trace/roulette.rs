@@ -37,6 +37,15 @@ impl<L: Lanes> Roulette<L> {
         let zero = L::lit(s, 0.0);
         Self { arriving: V3 { x: zero, y: zero, z: zero }, number: zero, taken: zero, is_on: false }
     }
+
+    /// How often a child of this weight is followed.
+    #[inline(always)]
+    fn share_of(&self, s: L::Simd, weight: V3<L>) -> L {
+        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+        let V3 { x, y, z } = self.arriving;
+        let part = |of: L, all: L| L::select(all.gt(zero), of / all, zero);
+        part(weight.x, x).max(part(weight.y, y)).max(part(weight.z, z)).min(one)
+    }
 }
 
 impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
@@ -73,6 +82,36 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         self.push(rays);
     }
 
+    /// Records rays that would leave from what the current rays hit, beyond the greatest depth.
+    #[inline(always)]
+    pub(super) fn omit_children(&mut self, lanes: u32, weight: V3<L>, depth: u32, straight: bool) {
+        let most = if V::DETAILS && self.roulette.is_on { self.most_of_followed(lanes, weight) } else { weight };
+        self.record_omitted_rays(lanes, most, depth, straight);
+    }
+
+    /// What children add at most to those that came before, whose weights are not above `weight`: who is followed may weigh as much as
+    /// the parent, and of shares that are n in all at most n children are, rounded up.
+    #[inline(never)]
+    fn most_of_followed(&mut self, lanes: u32, weight: V3<L>) -> V3<L> {
+        L::vectorize(
+            self.s,
+            #[inline(always)]
+            || {
+                let s = self.s;
+                let share = self.roulette.share_of(s, weight);
+                let Roulette { arriving, taken, .. } = self.roulette;
+                let all = taken + share;
+                // Rounded up: -floor(-x).
+                let followed = (-taken).floor() - (-all).floor();
+                self.roulette.taken = L::select(L::mask(s, lanes), all, taken);
+                let most = arriving * followed;
+                // Those that are always followed keep their weight.
+                let whole = V3::select(share.ge(L::lit(s, 1.0)), weight, most);
+                V3 { x: most.x.max(whole.x), y: most.y.max(whole.y), z: most.z.max(whole.z) }
+            },
+        )
+    }
+
     /// Decides which of the rays are followed.
     #[inline(never)]
     fn play(&mut self, rays: &mut RayPacket<L>) {
@@ -81,11 +120,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             #[inline(always)]
             || {
                 let s = self.s;
-                let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
-                let Roulette { arriving, number, taken, .. } = self.roulette;
-                let part = |of: L, all: L| L::select(all.gt(zero), of / all, zero);
+                let one = L::lit(s, 1.0);
+                let Roulette { number, taken, .. } = self.roulette;
                 let w = rays.weight;
-                let share = part(w.x, arriving.x).max(part(w.y, arriving.y)).max(part(w.z, arriving.z)).min(one);
+                let share = self.roulette.share_of(s, w);
                 // Shares of more than all begin again, and have some numbers twice.
                 let place = number - taken;
                 let place = place - place.floor();

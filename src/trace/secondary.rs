@@ -76,7 +76,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
             let one = V3::splat(s, [L::Real::from_f64(1.0); 3]);
             most = V3 { x: most.x.max(one.x), y: most.y.max(one.y), z: most.z.max(one.z) };
         }
-        tracer.record_omitted_rays(mirror | clear, rays.weight.times(most), rays.depth + 1, false);
+        tracer.omit_children(mirror | clear, rays.weight.times(most), rays.depth + 1, false);
         if rays.straight && tracer.is_transparent() {
             let most = if by_angle { V3::splat(s, [L::Real::from_f64(1.0); 3]) } else { r_t };
             tracer.record_unseen(L::mask(s, clear), rays.weight.times(most), rays.depth + 1);

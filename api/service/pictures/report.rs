@@ -231,10 +231,18 @@ impl Proved {
             },
             reach,
             waiting_pixels,
-            not_covered: &["aliasing between samples", "light that the model leaves out, such as caustics"],
+            not_covered: match scene.plays_roulette() {
+                true => &[ALIASING, LEFT_OUT, ROULETTE],
+                false => &[ALIASING, LEFT_OUT],
+            },
         }
     }
 }
+
+const ALIASING: &str = "aliasing between samples";
+const LEFT_OUT: &str = "light that the model leaves out, such as caustics";
+const ROULETTE: &str =
+    "chance in which rays stand for others (Russian roulette): of what was not followed, the bound holds in the mean";
 
 /// Why a proof shows less than a user expects.
 fn shortfall(proof: &Proof, scene: &Scene) -> Option<String> {

@@ -133,6 +133,14 @@ impl Scene {
         }
     }
 
+    /// Whether some rays stand for others that are not followed, at random.
+    pub fn plays_roulette(&self) -> bool {
+        match &self.world {
+            Precise::Single(world) => world.branches,
+            Precise::Double(world) => world.branches,
+        }
+    }
+
     /// How light becomes colors.
     pub fn display(&self) -> &Display {
         match &self.world {

@@ -1,6 +1,6 @@
 //! What is proved about pictures: held against pictures whose rays were followed far further.
 
-use super::random_scenes::{HEIGHT, WIDTH, bleeding, fixed, loaded, proved, scene, shoot, transparent};
+use super::random_scenes::{HEIGHT, WIDTH, bleeding, fixed, loaded, proved, scene, shoot, traced, transparent};
 use crate::common::{load_scene, on_own_threads, scene_names};
 use rayon::prelude::*;
 use serde_json::json;
@@ -158,6 +158,13 @@ fn with_half_of_what_is_missed_alphas_leave_their_bounds() {
 #[test]
 fn no_pixel_of_random_scenes_that_bleed_leaves_its_bounds() {
     let tally = judge_all(&(0..80).map(bleeding).collect::<Vec<_>>(), 1.0);
+    assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
+}
+
+/// Also where rays stand for others that are not followed.
+#[test]
+fn no_pixel_of_random_scenes_of_traced_light_leaves_its_bounds() {
+    let tally = judge_all(&(0..80).map(traced).collect::<Vec<_>>(), 1.0);
     assert_eq!((tally.violations, tally.codes), (0, 0), "{tally:?}");
 }
 

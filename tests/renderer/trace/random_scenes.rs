@@ -78,6 +78,25 @@ pub(super) fn bleeding(seed: u64) -> Vec<u8> {
     serde_json::to_vec(&scene).unwrap()
 }
 
+/// The same, where light is traced between all surfaces and all of it comes from around: rays stand for others, and ceilings are low.
+pub(super) fn traced(seed: u64) -> Vec<u8> {
+    let mut scene: Value = serde_json::from_slice(&scene(seed)).unwrap();
+    let materials = scene["materials"].as_object_mut().unwrap();
+    for material in materials.values_mut() {
+        // Surfaces send on no more than comes, in several ways or one.
+        let kept = 1.0 - material["reflection"].as_f64().unwrap() - material["transmission"].as_f64().unwrap();
+        let diffuse = material["diffuse"].as_array().unwrap().iter().map(|c| c.as_f64().unwrap() * kept);
+        material["diffuse"] = diffuse.collect();
+        material["emission"] = json!(0);
+        material["fresnel"] = json!("none");
+    }
+    scene["background"] = json!(1);
+    scene["lights"] = json!([]);
+    scene["render"]["fidelity"] = json!("faithful");
+    scene["render"]["samples"] = json!(1);
+    serde_json::to_vec(&scene).unwrap()
+}
+
 pub(super) fn fixed(max_depth: u32, min_weight: f64) -> Overrides {
     Overrides {
         max_depth: Some(max_depth),
