@@ -51,7 +51,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     let (plan, pilot) = planned(&ready, region, &session.workers, &session.control)?;
     if !args.analyze {
         return match args.format {
-            ExplainFormat::Table => output::print(plan.to_table().as_bytes()),
+            ExplainFormat::Table => output::print_text(&plan.to_table()),
             ExplainFormat::Json => output::print(&output::pretty(&plan)?),
         };
     }
@@ -65,7 +65,7 @@ pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
         output::write(path, &output::pretty(&report)?)?;
     }
     match args.format {
-        ExplainFormat::Table => output::print(table(&report).as_bytes()),
+        ExplainFormat::Table => output::print_text(&table(&report)),
         ExplainFormat::Json => output::print(&output::pretty(&Analyzed { plan: &report.plan, actual: &report.cost })?),
     }
 }

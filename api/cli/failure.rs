@@ -1,8 +1,9 @@
 //! Why a command failed: one block of text on standard error, and the exit code.
 
+use super::output;
 use crate::service::error::StartError;
 use std::fmt;
-use std::io::{self, Write};
+use std::io;
 use std::process::ExitCode;
 use strahl::render::Cancelled;
 use strahl::scene::Problems;
@@ -50,8 +51,7 @@ impl Failure {
     /// Writes the message to standard error, and returns the exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         if !matches!(self, Self::OutputClosed) {
-            // If standard error is closed, nothing can be reported.
-            let _ = writeln!(io::stderr().lock(), "{self}");
+            output::say(&self.to_string());
         }
         match self {
             Self::Usage(_) => ExitCode::from(2),

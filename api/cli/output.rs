@@ -1,17 +1,33 @@
 //! Writing results: `-` is standard output, everything else a file.
 
 use super::failure::Failure;
+use crate::service::storage::disk;
 use serde::Serialize;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use strahl::scene::Problem;
+use strahl::scene::{Problem, printable};
 
 /// Writes all of a file, or to standard output for `-`.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if is_standard(path) {
         print(bytes)
     } else {
-        std::fs::write(path, bytes).map_err(|error| Failure::writing(&path.display().to_string(), &error))
+        replace(path, bytes, false).map_err(|error| Failure::writing(&path.display().to_string(), &error))
+    }
+}
+
+/// Writes all of a file, instead of the one that is there, which stays if that fails. What is no file, such as a pipe, is written to.
+pub(super) fn replace(path: &Path, bytes: &[u8], durable: bool) -> io::Result<()> {
+    // What a link leads to is replaced, and not the link.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    match fs::metadata(&path) {
+        Ok(there) if !there.is_file() => fs::write(&path, bytes),
+        there => match disk::write(&path, &[bytes], durable) {
+            // The file may be written, but its folder takes no other one.
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied && there.is_ok() => fs::write(&path, bytes),
+            written => written,
+        },
     }
 }
 
@@ -38,7 +54,17 @@ pub(super) fn tell(named: Option<&Path>, path: &Path) {
 /// A line on standard error, which results are not written to.
 pub(super) fn say(line: &str) {
     // Results are written even if this is not.
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    let _ = writeln!(io::stderr().lock(), "{}", for_terminal(line));
+}
+
+/// Text whose lines cannot control a terminal.
+pub(super) fn for_terminal(text: &str) -> String {
+    text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
+}
+
+/// Writes lines for people to standard output.
+pub(super) fn print_text(text: &str) -> Result<(), Failure> {
+    print(for_terminal(text).as_bytes())
 }
 
 /// Writes the warnings of a scene to standard error. It is rendered all the same.
@@ -89,6 +115,28 @@ pub(super) fn is_standard(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_replaced_stays_and_a_link_stays_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link] = ["a.png", "b.png"].map(|name| folder.path().join(name));
+        write(&file, b"one").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write(&link, b"two").unwrap();
+        assert_eq!((fs::read(&file).unwrap(), link.is_symlink()), (b"two".to_vec(), true));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        write(Path::new("/dev/null"), b"three").unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        assert!(write(&file.join("x"), b"").is_err());
+    }
+
+    #[test]
+    fn lines_do_not_control_a_terminal() {
+        assert_eq!(
+            for_terminal("a\u{1b}[31m\u{7}\tb\r\nc\u{202e}\u{9b}ä"),
+            "a\\u{1b}[31m\\u{7}\tb\\r\nc\\u{202e}\\u{9b}ä"
+        );
+    }
 
     #[test]
     fn results_are_named_after_their_scene() {

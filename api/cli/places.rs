@@ -2,6 +2,7 @@
 //! completely or not at all, so that a task may be stopped at any time, and done twice.
 
 use super::failure::{Failure, NO_INPUT, NO_OUTPUT, TRY_AGAIN};
+use super::output;
 use crate::service::error::StartError;
 use crate::service::storage::disk;
 use crate::service::storage::objects::{ObjectError, Objects};
@@ -76,7 +77,7 @@ impl Places {
         }
         let path = Path::new(place);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let written = folder.map_or(Ok(()), disk::create_folders).and_then(|()| disk::write(path, &[&bytes], true));
+        let written = folder.map_or(Ok(()), disk::create_folders).and_then(|()| output::replace(path, &bytes, true));
         written.map_err(|error| {
             let code = if error.kind() == io::ErrorKind::StorageFull { TRY_AGAIN } else { NO_OUTPUT };
             Failure::task(code, format!("{place} cannot be written: {error}"))

@@ -33,7 +33,7 @@ pub(super) fn run(args: &ValidateArgs) -> Result<(), Failure> {
     let source = SceneFile::read(&args.scene)?;
     let checked = source.load(&Overrides::default());
     match args.format {
-        ReportFormat::Text => output::print(text(&source.name, &checked?.scene.warnings).as_bytes()),
+        ReportFormat::Text => output::print_text(&text(&source.name, &checked?.scene.warnings)),
         ReportFormat::Json => {
             let report = match &checked {
                 Ok(loaded) => json!({ "valid": true, "warnings": loaded.scene.warnings }),

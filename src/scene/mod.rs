@@ -33,4 +33,4 @@ pub use description::Description;
 pub use files::{Files, KnownScene, NoFiles};
 pub use load::{Accept, Format, Loaded, NotLoaded, load, load_if, load_with};
 pub use overrides::Overrides;
-pub use problem::{Problem, Problems};
+pub use problem::{Problem, Problems, printable};

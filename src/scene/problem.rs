@@ -6,6 +6,7 @@ use crate::control::{self, Cancelled};
 use crate::models::Subject;
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 
@@ -127,10 +128,26 @@ impl fmt::Display for Problem {
             write!(f, "offset {offset}: ")?;
         }
         if !self.pointer.is_empty() {
-            write!(f, "{}: ", self.pointer)?;
+            write!(f, "{}: ", printable(&self.pointer))?;
         }
-        f.write_str(&self.detail)
+        f.write_str(&printable(&self.detail))
     }
+}
+
+/// A line of text for a terminal: keys and names of a scene may have characters that control one, or turn the direction of writing.
+/// They become escapes such as `\u{1b}`.
+pub fn printable(line: &str) -> Cow<'_, str> {
+    let controls = |c: char| {
+        (c.is_control() && c != '\t') || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
+    };
+    if !line.contains(controls) {
+        return Cow::Borrowed(line);
+    }
+    let mut text = String::with_capacity(line.len() + 16);
+    for c in line.chars() {
+        if controls(c) { text.extend(c.escape_default()) } else { text.push(c) }
+    }
+    Cow::Owned(text)
 }
 
 /// The problems found in a scene: at least one, and at most a thousand.

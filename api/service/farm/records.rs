@@ -5,6 +5,7 @@ use super::connection::{Broker, reasons};
 use super::names::REMOVED_AGE;
 use crate::service::error::not_reachable;
 use crate::service::storage::revisions::Refused;
+use async_nats::connection::State;
 use async_nats::jetstream::kv::{CreateErrorKind, Operation, Store, UpdateError, UpdateErrorKind};
 use futures_util::StreamExt;
 use std::collections::HashSet;
@@ -21,12 +22,15 @@ const ANSWER: Duration = Duration::from_secs(5);
 const ECHO: Duration = Duration::from_secs(2);
 /// Silence after which there is nothing more to be heard at first: what was left may have been removed meanwhile.
 const SILENCE: Duration = Duration::from_secs(3);
+/// Time between two looks whether there is a connection.
+const LOOK: Duration = Duration::from_millis(20);
 /// Time until the bucket is watched again after an error.
 const AGAIN: Duration = Duration::from_secs(1);
 
 /// A bucket.
 #[derive(Debug)]
 pub(crate) struct Records {
+    broker: Broker,
     bucket: Store,
     runtime: Handle,
     /// All revisions up to this one have been heard of.
@@ -55,16 +59,46 @@ impl Records {
     /// Opens a bucket that is there.
     pub(crate) async fn open(broker: &Broker, name: &str, runtime: &Handle) -> Result<Self, String> {
         let bucket = broker.stream.get_key_value(name).await.map_err(|error| reasons(&error))?;
-        Ok(Self { bucket, runtime: runtime.clone(), heard: watch::Sender::new(0) })
+        let (broker, runtime) = (broker.clone(), runtime.clone());
+        Ok(Self { broker, bucket, runtime, heard: watch::Sender::new(0) })
     }
 
-    /// Writes a value that is not there; its revision.
+    /// Writes a value that is not there; its revision. What fails is not there later, either.
     pub(crate) fn create(&self, key: &str, value: Vec<u8>) -> Result<u64, Refused> {
-        let written = self.wait(self.bucket.create(key, value.into()))?;
-        written.map_err(|error| match error.kind() {
-            CreateErrorKind::AlreadyExists => Refused::Changed,
-            _ => failed(&error),
-        })
+        let written = self.wait(self.bucket.create(key, value.clone().into())).map_err(Refused::Failed);
+        let written = written.and_then(|written| {
+            written.map_err(|error| match error.kind() {
+                CreateErrorKind::AlreadyExists => Refused::Changed,
+                _ => failed(&error),
+            })
+        });
+        if matches!(written, Err(Refused::Failed(_))) {
+            self.take_back(key.to_owned(), value);
+        }
+        written
+    }
+
+    /// Removes a value whose answer did not come in time, once the broker answers: its writer was told that there is none.
+    fn take_back(&self, key: String, value: Vec<u8>) {
+        let (broker, bucket) = (self.broker.clone(), self.bucket.clone());
+        self.runtime.spawn(async move {
+            let mut looks = 0;
+            // Twice: servers of a cluster may answer before they have what was written before.
+            while looks < 2 {
+                connected(&broker).await;
+                match bucket.entry(&key).await {
+                    Ok(Some(entry)) if entry.operation == Operation::Put && entry.value == value => {
+                        let removed = bucket.purge_expect_revision_with_ttl(&key, entry.revision, REMOVED_AGE).await;
+                        if removed.is_ok() {
+                            tracing::warn!(key, "a write came late to the broker, and was taken back");
+                        }
+                    }
+                    Ok(_) => looks += 1,
+                    Err(_) => {}
+                }
+                tokio::time::sleep(AGAIN).await;
+            }
+        });
     }
 
     /// Writes a value instead of the one of a revision; its own revision.
@@ -95,6 +129,11 @@ impl Records {
 
     fn wait<T>(&self, work: impl Future<Output = T>) -> io::Result<T> {
         let silent = || not_reachable("the broker does not answer");
+        // What is asked for while there is no connection would be sent with the next one, long after its caller has been refused.
+        let work = async {
+            connected(&self.broker).await;
+            work.await
+        };
         self.runtime.block_on(async { timeout(ANSWER, work).await }).map_err(|_| silent())
     }
 
@@ -180,6 +219,13 @@ impl Records {
 
     fn hear_up_to(&self, revision: u64) {
         self.heard.send_modify(|heard| *heard = revision.max(*heard));
+    }
+}
+
+/// Waits until there is a connection.
+async fn connected(broker: &Broker) {
+    while broker.client.connection_state() != State::Connected {
+        tokio::time::sleep(LOOK).await;
     }
 }
 

@@ -109,16 +109,16 @@ impl Queue {
             let entered = context.control.enter();
             work(&context);
             drop(entered);
-            let took = context.started.elapsed();
             if context.control.is_cancelled() {
-                canceled.fetch_add(microseconds(took), Ordering::Relaxed);
+                canceled.fetch_add(microseconds(context.started.elapsed()), Ordering::Relaxed);
             }
+            let had = context.workers.had();
             drop((context, running));
-            took
+            had
         });
         match timeout_at(deadline, work).await {
-            Ok(Ok(took)) => {
-                self.pace.record(took);
+            Ok(Ok(had)) => {
+                self.pace.record(had);
                 Ok(queue_ms)
             }
             Ok(Err(panic)) => {
@@ -157,7 +157,7 @@ impl Queue {
         Duration::from_micros(self.canceled.load(Ordering::Relaxed))
     }
 
-    /// Seconds until a place should be free.
+    /// Seconds until what waits now should be done.
     pub(crate) fn retry_after(&self) -> u32 {
         self.pace.seconds_for(self.taken())
     }
@@ -207,16 +207,17 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// How long requests take lately: an exponential moving average in microseconds.
+/// How long requests have the pool lately: an exponential moving average in microseconds. The time from their beginning to their end
+/// has that of all who take turns with them, and would count it once for each.
 #[derive(Debug, Default)]
 struct Pace(AtomicU64);
 
 impl Pace {
-    fn record(&self, took: Duration) {
-        let took = microseconds(took);
+    fn record(&self, had: Duration) {
+        let had = microseconds(had);
         // Of two requests that end at once one may be lost; an average can bear that.
         let average = self.0.load(Ordering::Relaxed);
-        self.0.store((average * 7 + took) / 8, Ordering::Relaxed);
+        self.0.store((average * 7 + had) / 8, Ordering::Relaxed);
     }
 
     /// Whole seconds until this number of requests is done, 1 to 120.

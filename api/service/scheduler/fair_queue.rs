@@ -115,6 +115,11 @@ impl<T> FairQueue<T> {
         self.shares.charge(task.class, &task.tenant, task.weight, time);
     }
 
+    /// For how long a task that has joined has had the pool.
+    pub(super) fn had(&self, id: u64) -> Duration {
+        self.begun.get(&id).copied().unwrap_or_default()
+    }
+
     /// Seconds that a lane has had the pool.
     pub(super) fn spent(&self, class: Class) -> f64 {
         self.shares.spent(class)
@@ -154,6 +159,21 @@ mod tests {
 
     fn task(class: Class, tenant: &str) -> Task {
         Task::new(class, tenant, 1)
+    }
+
+    #[test]
+    fn a_task_has_had_its_own_turns_alone() {
+        let mut queue = FairQueue::default();
+        let (task, ms) = (task(Class::Renders, "a"), Duration::from_millis(25));
+        let ids = [(); 2].map(|()| queue.join(&task));
+        for turn in 0..6 {
+            queue.push(ids[turn % 2], task.clone(), ());
+            let next = queue.pop().unwrap();
+            queue.charge(next.id, &task, ms);
+        }
+        assert_eq!(ids.map(|id| queue.had(id)), [3 * ms; 2]);
+        queue.leave(ids[0], &task);
+        assert_eq!(queue.had(ids[0]), Duration::ZERO);
     }
 
     /// Lets each task have the pool for a millisecond `each` times, and says who had it when.

@@ -9,7 +9,7 @@ use std::io;
 use std::mem;
 use std::sync::{Arc, OnceLock};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use strahl::control::{Cancelled, Control, leave_all};
 
 /// Threads of so many tasks are kept for others.
@@ -74,6 +74,11 @@ impl Workers {
         let slices = self.scheduled.wait().await?;
         *self.first.lock() = Some(slices);
         Ok(())
+    }
+
+    /// For how long it has had the pool.
+    pub(crate) fn had(&self) -> Duration {
+        self.scheduled.had()
     }
 
     /// Does some work on the pool. It is paused while others have their time slices. What it has made is dropped if it was

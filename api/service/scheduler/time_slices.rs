@@ -193,6 +193,11 @@ impl State {
 }
 
 impl Scheduled {
+    /// For how long it has had the pool, in slices that are over.
+    pub(crate) fn had(&self) -> Duration {
+        self.shared.state.lock().queue.had(self.id)
+    }
+
     /// Waits for the pool without a thread. Who stops waiting has left the queue at once.
     pub(crate) async fn wait(&self) -> Result<Slices, Cancelled> {
         let (sender, receiver) = oneshot::channel();

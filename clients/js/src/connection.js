@@ -24,10 +24,12 @@ export class Backoff {
    */
   next(error) {
     const broken = error instanceof Problem && this.following && error.isGateway;
-    if (this.#tries >= this.retries || (error instanceof Problem && !error.isBusy && !broken)) return undefined;
+    // A request with the same idempotency key that is still being accepted is a conflict for a moment.
+    const pending = error instanceof Problem && error.slug === "conflict" && error.retryAfter !== undefined;
+    if (this.#tries >= this.retries || (error instanceof Problem && !error.isBusy && !broken && !pending)) return undefined;
     this.#tries++;
-    if (error instanceof Problem && error.retryAfter !== undefined) return Math.min(error.retryAfter, PATIENCE);
-    // Clients that were refused together do not come back together.
+    // Clients that were refused together do not come back together, and none too early.
+    if (error instanceof Problem && error.retryAfter !== undefined) return Math.min(error.retryAfter, PATIENCE) * (1 + Math.random() / 4);
     return Math.min(0.25 * 2 ** this.#tries, LONGEST) * (0.75 + Math.random() / 2);
   }
 }

@@ -33,11 +33,13 @@ class Backoff:
             return None
         self._tries += 1
         if isinstance(error, Problem):
-            if error.status not in _BUSY and not (self._following and error.is_gateway):
+            # A request with the same idempotency key that is still being accepted is a conflict for a moment.
+            is_busy = error.status in _BUSY or (error.slug == "conflict" and error.retry_after is not None)
+            if not is_busy and not (self._following and error.is_gateway):
                 return None
+            # Clients that were refused together do not come back together, and none too early.
             if error.retry_after is not None:
-                return min(error.retry_after, PATIENCE)
-        # Clients that were refused together do not come back together.
+                return min(error.retry_after, PATIENCE) * random.uniform(1.0, 1.25)
         return min(0.25 * 2.0**self._tries, LONGEST) * random.uniform(0.75, 1.25)
 
 
