@@ -61,7 +61,10 @@ impl Places {
         let mut bytes = Vec::new();
         let read = File::open(place).and_then(|file| file.take(max.saturating_add(1)).read_to_end(&mut bytes));
         read.map_err(|error| {
-            let code = if error.kind() == io::ErrorKind::NotFound { NO_INPUT } else { TRY_AGAIN };
+            let code = match error.kind() {
+                io::ErrorKind::NotFound | io::ErrorKind::IsADirectory => NO_INPUT,
+                _ => TRY_AGAIN,
+            };
             Failure::task(code, format!("{place} cannot be read: {error}"))
         })?;
         Ok(bytes)
@@ -113,6 +116,8 @@ mod tests {
         assert_eq!(std::fs::read_dir(file.parent().unwrap()).unwrap().count(), 1);
         let gone = folder.path().join("gone");
         assert!(matches!(places.read(gone.to_str().unwrap(), 1), Err(Failure::Task { code: NO_INPUT, .. })));
+        let same = places.read(file.parent().unwrap().to_str().unwrap(), 1);
+        assert!(matches!(same, Err(Failure::Task { code: NO_INPUT, .. })), "a folder is no input");
         assert!(matches!(places.write(&format!("{place}/x"), vec![]), Err(Failure::Task { code: NO_OUTPUT, .. })));
         assert!(matches!(Places::open(&StoreArgs { store: None }, ["store:a"]), Err(Failure::Usage(_))));
     }

@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod check;
+mod closed_mesh;
 pub mod compile;
 pub mod description;
 pub mod effects;

@@ -1,7 +1,7 @@
 //! Light sources: direction and irradiance factor at a point.
 
 use crate::lanes::{Lanes, Real, V3, circle};
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Largest factor of an inverse-square light: a point beside the light is bright, not infinite.
 const MAX_STRENGTH: f64 = 1e15;
@@ -134,6 +134,58 @@ impl<R: Real> Light<R> {
         // The sine does not cancel in narrow discs.
         let inside = along.gt(zero) & across.dot(across).le(radius * radius * along * along);
         L::select(inside, L::lit(s, FRAC_1_PI) / (radius * radius * along * along * along), zero)
+    }
+
+    /// Where a direction from a point meets the light's area, and how likely [`Self::place`] chooses that, by solid angle: 0 beside it.
+    #[inline(always)]
+    pub fn place_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>, dir: V3<L>) -> (L, Place<L>) {
+        let zero = L::lit(s, 0.0);
+        let middle = match self.middle(s) {
+            Place::Point(position) => position - point,
+            Place::Sky(_) => return (self.disc_pdf(s, dir), Place::Sky(dir)),
+        };
+        let (pdf, inside, distance) = match area {
+            Area::Disc { radius } => {
+                let distance = middle.dot(middle).sqrt();
+                let way = middle * (L::lit(s, 1.0) / distance);
+                let (along, across, radius) = (way.dot(dir), way.cross(dir), L::splat(s, *radius) / distance);
+                // Rounding leaves no place of the rim beside the disc.
+                let reach = radius * radius * along * along * L::lit(s, 1.0 + 1e-5);
+                let inside = along.gt(zero) & across.dot(across).le(reach);
+                let pdf = L::lit(s, FRAC_1_PI) / (radius * radius * along * along * along);
+                (pdf, inside, distance / along)
+            }
+            Area::Parallelogram { u, v } => {
+                let (u, v) = (V3::<L>::splat(s, *u), V3::splat(s, *v));
+                let normal = u.cross(v);
+                let distance = middle.dot(normal) / dir.dot(normal);
+                let from_middle = dir * distance - middle;
+                let whole = normal.dot(normal) * L::lit(s, 0.5 + 1e-5);
+                let inside = from_middle.cross(v).dot(normal).abs().le(whole)
+                    & u.cross(from_middle).dot(normal).abs().le(whole)
+                    & distance.gt(zero);
+                (distance * distance / dir.dot(normal).abs(), inside, distance)
+            }
+        };
+        (L::select(inside, pdf, zero), Place::Point(point + dir * distance))
+    }
+
+    /// How likely a place near the middle is chosen, by solid angle, as if the area faced the point; infinite if it has no size.
+    #[inline(always)]
+    pub fn middle_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>) -> L {
+        let square = match self.middle(s) {
+            Place::Point(position) => (position - point).dot(position - point),
+            Place::Sky(_) if self.sky_disc().is_some() => L::lit(s, 1.0),
+            Place::Sky(_) => return L::lit(s, f64::INFINITY),
+        };
+        let size = match area {
+            Area::Disc { radius } => L::splat(s, *radius) * L::splat(s, *radius) * L::lit(s, PI),
+            Area::Parallelogram { u, v } => {
+                let normal = V3::<L>::splat(s, *u).cross(V3::splat(s, *v));
+                normal.dot(normal).sqrt()
+            }
+        };
+        square / size
     }
 
     /// The radiance at the rim of a disc in the sky, where it is highest.

@@ -342,13 +342,7 @@ impl<L: Lanes> Lobes<L> {
     ) -> [LobeSample<L>; 2] {
         let zero = L::lit(s, 0.0);
         let half = Half::new(s, to_light, to_eye);
-        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
-        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
-        let own = fresnel * half.highlight(s, ns, cosine, self.width);
-        let clearcoat_cosine = self.clearcoat_ns.dot(to_light).max(zero);
-        let over = self.clearcoat
-            * self.clearcoat_gain
-            * half.highlight(s, self.clearcoat_ns, clearcoat_cosine, self.clearcoat_width);
+        let (own, over) = self.of_half(s, &half, ns, to_light, cosine);
         let nothing = V3 { x: zero, y: zero, z: zero };
         let [open, open_clearcoat] = self.open;
         let (rough, clearcoat_rough) = (self.facets.gt(zero), self.clearcoat_facets.gt(zero));
@@ -366,6 +360,59 @@ impl<L: Lanes> Lobes<L> {
                 ),
             },
         ]
+    }
+}
+
+impl<L: Lanes> Lobes<L> {
+    /// What the surface and the clearcoat reflect of a light from a direction, as [`Self::reflected`] has it with what is scattered, and
+    /// how likely [`super::microfacet::visible_facet`] mirrors the eye there. All vectors are as there.
+    #[inline(always)]
+    pub fn highlights(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> [LobeSample<L>; 2] {
+        let half = Half::new(s, to_light, to_eye);
+        let (own, over) = self.of_half(s, &half, ns, to_light, cosine);
+        let over_pdf = half.visible_pdf(s, self.clearcoat_ns, self.clearcoat_width);
+        [
+            LobeSample { reflected: own, density: half.visible_pdf(s, ns, self.width) },
+            LobeSample { reflected: V3 { x: over, y: over, z: over }, density: over_pdf },
+        ]
+    }
+
+    /// What is scattered of a light from a direction, of what [`Self::reflected`] has in all.
+    #[inline(always)]
+    pub fn scattered_of(&self, s: L::Simd, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
+        let half = Half::new(s, to_light, to_eye);
+        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(L::lit(s, 0.0)));
+        let kept = if self.traced { self.let_in } else { L::lit(s, 1.0) - self.schlick(grazing) };
+        self.diffuse * (kept * cosine)
+    }
+
+    #[inline(always)]
+    fn of_half(&self, s: L::Simd, half: &Half<L>, ns: V3<L>, to_light: V3<L>, cosine: L) -> (V3<L>, L) {
+        let zero = L::lit(s, 0.0);
+        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
+        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
+        let own = fresnel * half.highlight(s, ns, cosine, self.width);
+        let clearcoat_cosine = self.clearcoat_ns.dot(to_light).max(zero);
+        let over = self.clearcoat
+            * self.clearcoat_gain
+            * half.highlight(s, self.clearcoat_ns, clearcoat_cosine, self.clearcoat_width);
+        (own, over)
+    }
+
+    /// The lanes whose lobe, and those whose clearcoat, has directions that are more likely than a density by solid angle: at most
+    /// 1 / (4 pi width^2).
+    #[inline(always)]
+    pub fn narrower_than(&self, s: L::Simd, density: L) -> [u32; 2] {
+        let widest = L::lit(s, 0.25 / PI) / density;
+        let surface = (self.width * self.width).lt(widest);
+        let clearcoat = (self.clearcoat_width * self.clearcoat_width).lt(widest) & self.clearcoat.gt(L::lit(s, 0.0));
+        [surface.bits() & self.lanes, clearcoat.bits() & self.lanes]
+    }
+
+    /// Widths of the facets' distributions of the surface and of the clearcoat.
+    #[inline(always)]
+    pub fn widths(&self) -> [L; 2] {
+        [self.width, self.clearcoat_width]
     }
 }
 
@@ -413,12 +460,17 @@ impl<L: Lanes> Half<L> {
     /// D G1(v) G1(l) / (4 v.n open): among the facets that neither the eye nor the light is hidden from.
     #[inline(always)]
     fn pdf(&self, s: L::Simd, n: V3<L>, to_light: V3<L>, width: L, open: L) -> L {
+        self.visible_pdf(s, n, width) * smith_g1(s, n, to_light, width) / open
+    }
+
+    /// D G1(v) / (4 v.n): among the facets that are not hidden from the eye.
+    #[inline(always)]
+    fn visible_pdf(&self, s: L::Simd, n: V3<L>, width: L) -> L {
         let square = width * width;
         let (along, across) = (n.dot(self.vector), n.cross(self.vector));
         let spread = (square * along * along + across.dot(across)) / self.square;
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
-        let visible = square / (L::lit(s, 2.0 * PI) * spread * spread * smith_denominator(s, seen, square));
-        visible * smith_g1(s, n, to_light, width) / open
+        square / (L::lit(s, 2.0 * PI) * spread * spread * smith_denominator(s, seen, square))
     }
 }
 
@@ -466,6 +518,13 @@ fn chosen<L: Lanes>(s: L::Simd, width: L, lanes: L::Mask) -> L {
 fn fifth<L: Lanes>(x: L) -> L {
     let square = x * x;
     square * square * x
+}
+
+/// The shares that are left of factors on a light's irradiance, of which all together are to be at most [`BRIGHTEST`].
+#[inline(always)]
+pub fn shares_of_limit<L: Lanes>(s: L::Simd, all: V3<L>) -> V3<L> {
+    let (most, one) = (L::splat(s, L::Real::from_f64(BRIGHTEST)), L::lit(s, 1.0));
+    V3 { x: (most / all.x).min(one), y: (most / all.y).min(one), z: (most / all.z).min(one) }
 }
 
 /// Where a factor on a light's irradiance is beyond [`BRIGHTEST`], that.

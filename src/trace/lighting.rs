@@ -9,11 +9,12 @@ use super::opacity::left_by_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
+use super::soft_highlights::SoftHighlights;
 use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::ray::{Rays, leave};
 use crate::scene::effects::Effect;
-use crate::scene::world::Pruning;
+use crate::scene::world::{Pruning, World};
 use crate::shading::light::{Light, Place};
 use crate::shading::lobes::{Lobes, limited};
 use crate::shading::material::Coefficients;
@@ -87,19 +88,31 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     }
     let zero = L::lit(s, 0.0);
     let found = L::mask(s, hits.found);
-    let from_facet = hits.surface.leave(hits.ng);
     // The SPD's rules count shadow rays from the facets, also those that add nothing.
     let spd = if world.rules.spd_counts { hits.found } else { 0 };
     let smooth = hits.smooth & !spd;
     for (index, light) in world.lights.iter().enumerate() {
         let mut place = light.middle(s);
+        let mut chosen = None;
         if V::DETAILS
             && let Some(area) = &light.area
         {
-            let chosen = tracer.sampler.square(s, rays.path, Choice::Light(index));
-            place = light.place(s, area, hits.surface.point, chosen);
+            let square = tracer.sampler.square(s, rays.path, Choice::Light(index));
+            place = light.place(s, area, hits.surface.point, square);
+            chosen = Some((area, square));
         }
         let arrival = light.arrive(s, hits.surface.point, &place);
+        let mut soft = None;
+        if V::DETAILS
+            && let (Some((area, square)), Some(lobes)) = (chosen, lobes)
+            && !finds(world, light, rays)
+            && !brings_scattered_light(rays)
+        {
+            soft = SoftHighlights::find(s, light, area, rays, hits, lobes, arrival.to_light, square);
+            if let Some(soft) = &soft {
+                soft.add(tracer, rays, hits, index, number, sum);
+            }
+        }
         // NaN, at the light's own position, is neither side.
         let facet_cosine = hits.ng.dot(arrival.to_light);
         let facing = found & (facet_cosine.gt(zero) | L::mask(s, smooth));
@@ -119,6 +132,10 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             && let Some(lobes) = lobes
         {
             let reflected = reflected(s, rays, hits, lobes, arrival.to_light, cosine);
+            let reflected = match &soft {
+                Some(soft) => V3::select(L::mask(s, soft.lanes), soft.of_place, reflected),
+                None => reflected,
+            };
             let of_lobes = reflected.times(V3::splat(s, light.color)) * arrival.strength;
             radiance = V3::select(L::mask(s, lobes.lanes), of_lobes, radiance);
         }
@@ -133,34 +150,11 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         if !cast.any() {
             continue;
         }
-        let origin = if smooth & cast.bits() == 0 { from_facet } else { from_curve(s, hits, facet_cosine, smooth) };
-        let mut passed = V3::splat(s, [L::Real::from_f64(1.0); 3]);
-        let mut cast = cast;
-        if V::DETAILS
-            && light.area.is_some()
-            && world.rules.shadows.is_some()
-            && let Some(cells) = &world.light_cells
-        {
-            let [open, blocked] = cells.known(s, index, hits.surface.point, cast.bits());
-            // From outside, where the light does not graze the surface.
-            let outside = (hits.entering ^ hits.hollow) | !hits.closed;
-            let open = open & outside & !smooth & facet_cosine.gt(L::lit(s, CLEARLY)).bits();
-            passed = V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed);
-            cast = cast & !L::mask(s, open | blocked);
-        }
-        if let Some(blockers) = world.rules.shadows
-            && cast.any()
-        {
-            tracer.counts.shadow += u64::from(cast.bits().count_ones());
-            tracer.count_lanes(cast.bits(), 0);
-            let shadow = shadow_rays(s, &place, origin, cast);
-            passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
-        }
+        let Way { origin, passed, cast } = left_of(tracer, index, &place, facet_cosine, smooth, cast, rays, hits);
         let mut arrived = radiance.times(passed);
         if V::DETAILS
             && let Some(lobes) = lobes
-            && rays.depth < world.rules.max_depth
-            && is_seen::<L>(world, light)
+            && finds(world, light, rays)
         {
             let shadow = shadow_rays(s, &place, origin, cast & L::mask(s, lobes.lanes));
             let passed = [passed, in_sight(tracer, shadow, passed, rays, hits)];
@@ -173,6 +167,68 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
         }
     }
+}
+
+/// Whether rays that leave from what `rays` hit find a light themselves.
+#[inline(always)]
+fn finds<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>, rays: &RayPacket<L>) -> bool {
+    rays.depth < world.rules.max_depth && is_seen::<L>(world, light)
+}
+
+/// Whether highlights on what rays meet would be caustics where they come from, which are not simulated: found one by one they are grain.
+#[inline(always)]
+fn brings_scattered_light<L: Lanes>(rays: &RayPacket<L>) -> bool {
+    rays.gathered || rays.kind == RayKind::Gathered
+}
+
+/// The way from a surface to a place of a light.
+pub(super) struct Way<L: Lanes> {
+    /// Where shadow rays start.
+    pub(super) origin: V3<L>,
+    /// The share of each channel that arrives.
+    pub(super) passed: V3<L>,
+    /// The lanes whose shadow rays were traced.
+    pub(super) cast: L::Mask,
+}
+
+/// What arrives of the light from a place, in the lanes of `cast`. `facet_cosine` is that between the place and the facet.
+#[inline(always)]
+pub(super) fn left_of<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    light: usize,
+    place: &Place<L>,
+    facet_cosine: L,
+    smooth: u32,
+    mut cast: L::Mask,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+) -> Way<L> {
+    let (s, world) = (tracer.s, tracer.world);
+    let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let on_facets = smooth & cast.bits() == 0;
+    let origin = if on_facets { hits.surface.leave(hits.ng) } else { from_curve(s, hits, facet_cosine, smooth) };
+    let mut passed = V3 { x: one, y: one, z: one };
+    if V::DETAILS
+        && world.lights[light].area.is_some()
+        && world.rules.shadows.is_some()
+        && let Some(cells) = &world.light_cells
+    {
+        let [open, blocked] = cells.known(s, light, hits.surface.point, cast.bits());
+        // From outside, where the light does not graze the surface.
+        let outside = (hits.entering ^ hits.hollow) | !hits.closed;
+        let open = open & outside & !smooth & facet_cosine.gt(L::lit(s, CLEARLY)).bits();
+        passed = V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed);
+        cast = cast & !L::mask(s, open | blocked);
+    }
+    if let Some(blockers) = world.rules.shadows
+        && cast.any()
+    {
+        tracer.counts.shadow += u64::from(cast.bits().count_ones());
+        tracer.count_lanes(cast.bits(), 0);
+        let shadow = shadow_rays(s, place, origin, cast);
+        passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
+    }
+    Way { origin, passed, cast }
 }
 
 /// The share of each channel that arrives along shadow rays from what `rays` hit.
@@ -202,7 +258,7 @@ pub(super) fn left_on_the_way<L: Lanes, O: Observer<L>, V: Variant>(
 /// quarter of the smallest weight followed, as a share of that light, or of 1 if it is brighter; or what the proof of a
 /// pixel can do without.
 #[inline(always)]
-fn little<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn little<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     lit: L::Mask,
     added: V3<L>,

@@ -36,6 +36,7 @@ pub mod sampling;
 pub mod secondary;
 mod shadow_catcher;
 mod sobol;
+mod soft_highlights;
 mod texturing;
 pub mod variants;
 mod wavelengths;

@@ -152,13 +152,16 @@ fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Result<Te
             "units_per_minute of the tenant {name} must be at least 1; remove its keys to keep it out"
         ));
     }
+    if entry.weight == Some(0) {
+        return Err(format!("weight of the tenant {name} must be at least 1: it is the tenant's share beside others"));
+    }
     let quotas = Quotas::default();
     let same = |rate_limit: &&Arc<RateLimit>| Some(rate_limit.per_minute) == entry.units_per_minute;
     let kept = before.and_then(|tenant| tenant.rate_limit.as_ref()).filter(same).map(Arc::clone);
     let fresh = || entry.units_per_minute.map(|units| Arc::new(RateLimit::new(units)));
     Ok(Tenant {
         name: name.to_owned(),
-        weight: entry.weight.unwrap_or(1).max(1),
+        weight: entry.weight.unwrap_or(1),
         scopes: vec![Scope::Read],
         quotas: Quotas { jobs: entry.jobs.unwrap_or(quotas.jobs), streams: entry.streams.unwrap_or(quotas.streams) },
         rate_limit: kept.or_else(fresh),
@@ -262,6 +265,7 @@ mod tests {
             (format!("[tenants.a]\nwebhook=\"not a url\"\nwebhook_secret=\"{secret}\""), "webhook of the tenant a"),
             (format!("[tenants.a]\nwebhook=\"https://user:word@example.org\"\nwebhook_secret=\"{secret}\""), "no user"),
             ("[tenants.a]\nunits_per_minute=0".to_owned(), "at least 1"),
+            ("[tenants.a]\nweight=0".to_owned(), "at least 1"),
         ] {
             let error = Keys::read(&text, None).unwrap_err();
             assert!(error.contains(part), "{part} in {error}");

@@ -98,6 +98,18 @@ function jobOf(state, ...responses) {
 const BUSY = [503, { "retry-after": "0" }, '{"type":"/problems/saturated","detail":"busy"}'];
 const VERSION = [200, {}, '{"name":"strahl"}'];
 
+test("a key that is still being accepted is sent again, and no other conflict", async () => {
+  const pending = [409, { "retry-after": "0" }, '{"type":"/problems/conflict","detail":"still being accepted"}'];
+  let [client, got] = answers(pending, pending, [202, {}, '{"id":"a","state":"queued"}']);
+  assert.equal((await client.jobs.submit(SCENE)).id, "a");
+  assert.equal(got.length, 3);
+  for (const other of [[409, {}, '{"type":"/problems/conflict"}'], [409, { "retry-after": "0" }, '{"type":"/problems/job-not-finished"}']]) {
+    [client, got] = answers(other);
+    await assert.rejects(client.version(), (error) => error.status === 409);
+    assert.equal(got.length, 1);
+  }
+});
+
 test("a busy service is asked again as often as allowed, with the same key for a job", async () => {
   let [client, got] = answers(BUSY, [429, { "retry-after": "0" }, "{}"], BUSY, VERSION);
   assert.equal((await client.version()).name, "strahl");

@@ -3938,7 +3938,7 @@ export interface components {
             filter_checkers?: boolean;
             /**
              * Format: uint32
-             * @description Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`. In other modes the default is none, and pictures are compared with recursion without end; with `max_depth` they are compared with recursion to it.
+             * @description Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`, and where nothing bounds the light that rays bring. In other modes the default is none, and pictures are compared with recursion without end; with `max_depth` they are compared with recursion to it.
              */
             max_depth?: number | null;
             /**

@@ -279,6 +279,7 @@ def test_warnings_are_the_same_in_pictures_and_streams(client):
 
 def test_only_pictures_in_one_answer_have_layers(client):
     assert client.render(SCENE, format="exr", layers="distance").media_type == "image/x-exr"
+    assert client.render(SCENE, format="exr", layers=["distance", "normal"]).media_type == "image/x-exr"
     with pytest.raises(strahl.InvalidArgument, match="layers"):
         client.jobs.submit(SCENE, format="exr", layers="distance")
     with pytest.raises(strahl.InvalidArgument, match="layers"):

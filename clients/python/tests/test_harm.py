@@ -137,6 +137,17 @@ def test_a_busy_service_is_asked_again_as_often_as_allowed():
     assert time.monotonic() - started >= 1
 
 
+def test_a_key_that_is_still_being_accepted_is_sent_again_and_no_other_conflict():
+    pending = (409, {"retry-after": "0"}, b'{"type":"/problems/conflict","detail":"still being accepted"}')
+    client, got = answers(pending, pending, (202, {}, b'{"id":"a","state":"queued"}'))
+    assert client.jobs.submit(SCENE).id == "a" and len(got) == 3
+    for other in (409, {}, b'{"type":"/problems/conflict"}'), (409, {"retry-after": "0"}, b'{"type":"/problems/job-not-finished"}'):
+        client, got = answers(other)
+        with pytest.raises(strahl.Problem):
+            client.version()
+        assert len(got) == 1
+
+
 def test_the_same_key_goes_with_each_try_of_a_job():
     client, got = answers(BUSY, (202, {}, b'{"id":"a","state":"queued"}'))
     client.jobs.submit(SCENE)
@@ -346,6 +357,8 @@ def test_what_only_renders_have_is_refused_before_it_is_sent():
     for ask in (lambda: client.jobs.submit(SCENE, layers="normal", format="exr"), lambda: list(client.stream(SCENE, layers="normal"))):
         with pytest.raises(strahl.InvalidArgument, match="has no layers"):
             ask()
+    with pytest.raises(strahl.InvalidArgument, match="four numbers"):
+        client.tile(SCENE, (0, 0, 9))
     with pytest.raises(strahl.InvalidArgument, match=r"\['night'\]"):
         client.jobs.submit(SCENE, labels="night")
     # `bytes` of a number would be so many zeros.

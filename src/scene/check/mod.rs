@@ -10,7 +10,7 @@ mod path;
 mod pbr;
 mod warnings;
 
-pub(super) use warnings::{is_closed, keep_true, warnings};
+pub(super) use warnings::{keep_true, warnings};
 
 use super::description::{Accuracy, Description, Environment, FilmBackground, Proved, Rays, Statistical, Time};
 use super::limits;

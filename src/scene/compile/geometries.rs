@@ -110,7 +110,7 @@ impl<'a, R: Real> Builder<'a, R> {
         // The last geometry that is built is the scene itself.
         self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
         if !self.options.spd_counts {
-            self.hidden = hidden(self.description, &self.materials, &items, &extents);
+            self.hidden = hidden(self.description, &self.materials, &self.geometries, &items, &extents);
         }
         // The slow twin has no cells either.
         let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);

@@ -4,6 +4,7 @@
 //! hidden bodies stay in the scene; only effects do not count them.
 
 use super::contact;
+use super::room::Rooms;
 use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
 use crate::lanes::Real;
 use crate::scene::description::{Camera, Description};
@@ -32,6 +33,7 @@ pub(super) struct Hidden {
 pub(super) fn hidden<R: Real>(
     description: &Description,
     materials: &[Material<R>],
+    geometries: &[Geometry<R>],
     items: &[Item<R>],
     extents: &[Option<Extent>],
 ) -> Hidden {
@@ -46,10 +48,7 @@ pub(super) fn hidden<R: Real>(
     };
     let eye = DVec3::from_array(description.camera.view().eye);
     let around_eye = Bounds { min: eye - around, max: eye + around };
-    let opaque = |item: &&Item<R>| {
-        !materials[item.material as usize].transmits() && !item.has_holes && item.sides == Sides::Both
-    };
-    let walls = || items.iter().filter(opaque).filter_map(Wall::of);
+    let walls = || items.iter().filter(|item| is_opaque(materials, item)).filter_map(Wall::of);
     let around = walls().filter(|wall| wall.contains(around_eye)).map(|wall| (wall, true));
     let beside = walls().filter(|wall| wall.excludes(around_eye)).map(|wall| (wall, false));
     let walls: Vec<(Wall, bool)> = around.take(MOST_WALLS).chain(beside.take(MOST_WALLS)).collect();
@@ -66,7 +65,7 @@ pub(super) fn hidden<R: Real>(
     Hidden {
         items: numbered().filter(|(_, (_, bounds))| bounds.is_some_and(hides)).map(|(index, _)| index).collect(),
         around_eye: numbered().filter(|(_, each)| !beside_eye(*each)).map(|(index, _)| index).collect(),
-        surroundings: walls.iter().any(|(wall, has_eye)| *has_eye && wall.closes()),
+        surroundings: Rooms::new(geometries, materials).around(items, around_eye),
     }
 }
 
@@ -109,15 +108,20 @@ impl Hidden {
     }
 }
 
+/// Whether no ray passes an item.
+pub(super) fn is_opaque<R: Real>(materials: &[Material<R>], item: &Item<R>) -> bool {
+    !materials[item.material as usize].transmits() && !item.has_holes && item.sides == Sides::Both
+}
+
 /// A body that no ray passes.
-enum Wall {
+pub(super) enum Wall {
     Ball { center: DVec3, radius: f64 },
     Block(Bounds),
     HalfSpace { point: DVec3, normal: DVec3 },
 }
 
 impl Wall {
-    fn of<R: Real>(item: &Item<R>) -> Option<Self> {
+    pub(super) fn of<R: Real>(item: &Item<R>) -> Option<Self> {
         let vector = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
         match &item.shape {
             Shape::Sphere(sphere) => Some(Self::Ball { center: vector(sphere.center), radius: sphere.radius.to_f64() }),
@@ -132,12 +136,12 @@ impl Wall {
     }
 
     /// Whether nothing beyond it can be seen from inside.
-    fn closes(&self) -> bool {
+    pub(super) fn closes(&self) -> bool {
         !matches!(self, Self::HalfSpace { .. })
     }
 
     /// Whether all of a box is clearly inside, or behind.
-    fn contains(&self, inner: Bounds) -> bool {
+    pub(super) fn contains(&self, inner: Bounds) -> bool {
         match self {
             Self::Ball { center, radius } => {
                 // Most bodies are beside it already along x.
@@ -180,6 +184,6 @@ impl Wall {
 }
 
 /// Room for roundings.
-fn slack(size: f64, bounds: Bounds) -> f64 {
+pub(super) fn slack(size: f64, bounds: Bounds) -> f64 {
     CLEAR * (size + bounds.min.abs().max(bounds.max.abs()).max_element())
 }

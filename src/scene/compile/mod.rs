@@ -15,6 +15,7 @@ mod known;
 mod lights;
 mod materials;
 mod pbr;
+mod room;
 mod shared_eye;
 mod surroundings;
 mod textures;

@@ -125,8 +125,9 @@ const DEFAULT_MIN_WEIGHT: f64 = 0.001;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSettings {
-    /// Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`. In other modes the default is
-    /// none, and pictures are compared with recursion without end; with `max_depth` they are compared with recursion to it.
+    /// Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`, and where nothing bounds the
+    /// light that rays bring. In other modes the default is none, and pictures are compared with recursion without end; with `max_depth` they
+    /// are compared with recursion to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 100_000))]
     pub max_depth: Option<u32>,

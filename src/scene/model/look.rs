@@ -6,7 +6,7 @@ use crate::models::gltf::media_type;
 use crate::models::{
     Alpha, Attenuation, Channel, Model, ModelMaterial, NAME_BYTES, Picture, Subject, Texture, Warning, Wrap, shortened,
 };
-use crate::scene::check::is_closed;
+use crate::scene::closed_mesh::is_closed;
 use crate::scene::description::{
     self as d, AlphaMode, Color, Enlarged, Material, Pbr, PictureNames, TexelChannel, Textured, Wraps,
 };

@@ -22,8 +22,10 @@ mod furnaces;
 mod metallic_roughness;
 mod motion;
 mod panes;
+mod rooms;
 mod roulette;
 mod shadow_catcher;
+mod soft_highlights;
 mod textures;
 
 use serde_json::{Value, json};

@@ -81,8 +81,8 @@ class PictureOptions(Settings, Output, total=False):
 class RenderOptions(PictureOptions, total=False):
     """Of a picture in one answer: streams and jobs have no layers."""
 
-    #: Further layers of an EXR.
-    layers: str
+    #: Further layers of an EXR, as a list or with commas.
+    layers: str | Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -219,11 +219,14 @@ def _utf8(text: str) -> bytes:
 
 
 def query_of(options: Mapping[str, Any]) -> dict[str, str]:
-    """Parameters of a query: what is None is left out."""
-    words = {True: "true", False: "false"}
-    return {
-        name: words[value] if isinstance(value, bool) else str(value) for name, value in options.items() if value is not None
-    }
+    """Parameters of a query: what is None is left out, and lists have commas."""
+    return {name: _word(value) for name, value in options.items() if value is not None}
+
+
+def _word(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return ",".join(map(_word, value)) if isinstance(value, list | tuple) else str(value)
 
 
 def about_scene(path: str, scene: SceneLike, read: Callable[[httpx.Response], T], options: Mapping[str, Any],
@@ -255,6 +258,8 @@ def turntable(scene: SceneLike, count: int, format: Animation, sheet: tuple[int,
 
 
 def tile(scene: SceneLike, region: Sequence[int], options: Mapping[str, Any]) -> Call[Picture]:
+    if len(region) != 4:
+        raise InvalidArgument(f"a region has four numbers, (x, y, width, height), not {len(region)}")
     x, y, width, height = region
     return about_scene("/v1/render/tile", scene, _picture, {"x": x, "y": y, "w": width, "h": height, **options}, "*/*")
 

@@ -20,7 +20,7 @@ from .calls import Call, ImageLike, PictureOptions, RenderOptions, SceneLike, Se
 from .events import SILENCE, Event, Follower, Meter, Progress, progress_of
 from .parts import Finer, Parts, Pass
 from .picture import Picture, check_digest
-from .problems import Problem, Unreachable, failure_of
+from .problems import InvalidArgument, Problem, Unreachable, failure_of
 from .retry import FAILURES, Backoff, give_up
 
 T = TypeVar("T")
@@ -334,6 +334,8 @@ class Job:
 
         `on_progress` is told each second how far it is; `progress` tells it at once.
         """
+        if timeout is not None and math.isnan(timeout):
+            raise InvalidArgument("timeout must be a number of seconds")
         end = math.inf if timeout is None else time.monotonic() + timeout
         while self.state in {"queued", "running"}:
             # So that an answer comes in time.

@@ -2072,9 +2072,9 @@ class RenderSettings(TypedDict):
     # Whether a checkerboard is averaged over what each ray covers of it, so that it fades to grey far away. Images
     # and noise always are. Default true.
     filter_checkers: NotRequired[bool]
-    # Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`. In other modes
-    # the default is none, and pictures are compared with recursion without end; with `max_depth` they are compared
-    # with recursion to it.
+    # Longest chain of rays, 1 to 100000. The camera ray counts 1. Default 10 in the mode `fixed`, and where nothing
+    # bounds the light that rays bring. In other modes the default is none, and pictures are compared with recursion
+    # without end; with `max_depth` they are compared with recursion to it.
     max_depth: NotRequired[int | None]
     # Only in the mode `fixed`: rays whose weight is below this in every channel are not followed, and no shadow ray
     # is traced for light that could add less than a quarter of it, 0 to 1. Default 0.001.

@@ -1,0 +1,113 @@
+//! Closed rooms, from which no ray leaves: what is around them lights nothing and costs nothing, however they are written.
+
+use super::*;
+use strahl::scene::effects::Effect;
+
+/// A ball in a room, below a sky that lights surfaces.
+fn in_a_room(room: Value) -> Value {
+    json!({
+        "version": 1, "image": { "width": 48, "height": 36 },
+        "camera": { "pinhole": { "eye": [0, 1, 4], "look_at": [0, 0.7, 0], "vfov_deg": 60 } },
+        "environment": { "sky": {}, "light": "fast" },
+        "lights": [{ "point": { "position": [1, 3, 2], "intensity": 0.5 } }],
+        "materials": { "glass": { "transmission": 0.9 } },
+        "objects": [{ "sphere": { "center": [0, 0.7, 0], "radius": 0.7 } }, room]
+    })
+}
+
+fn cuboid() -> Value {
+    json!({ "box": { "min": [-5, 0, -5], "max": [5, 5, 5] } })
+}
+
+fn group(transform: Value, objects: &[Value]) -> Value {
+    json!({ "group": { "transform": transform, "objects": objects } })
+}
+
+/// The same box in triangles, of which some are left out.
+fn mesh(left_out: usize) -> Value {
+    let vertices: Vec<[f64; 3]> = (0..8)
+        .map(|i| {
+            [
+                if i & 1 == 0 { -5.0 } else { 5.0 },
+                if i & 2 == 0 { 0.0 } else { 5.0 },
+                if i & 4 == 0 { -5.0 } else { 5.0 },
+            ]
+        })
+        .collect();
+    let mut faces = vec![
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+    faces.truncate(12 - left_out);
+    json!({ "mesh": { "vertices": vertices, "faces": faces } })
+}
+
+fn is_lit_from_around(room: Value) -> bool {
+    let on = effects(&in_a_room(room));
+    assert_eq!(on.has(Effect::EnvironmentMap), on.has(Effect::EnvironmentLight));
+    on.has(Effect::EnvironmentLight)
+}
+
+/// A turn by a thousandth of a degree changed the mean of a picture by 65 codes.
+#[test]
+fn closed_rooms_are_dark_however_they_are_written() {
+    let turned = |angle: f64| json!({ "rotate_deg": { "axis": [0, 1, 0], "angle": angle } });
+    let rooms = [
+        cuboid(),
+        group(json!({}), &[cuboid()]),
+        group(turned(0.001), &[cuboid()]),
+        group(
+            turned(30.0),
+            &[
+                group(json!({ "scale": 1.5 }), &[cuboid()]),
+                json!({ "plane": { "point": [0, -20, 0], "normal": [0, 1, 0] } }),
+            ],
+        ),
+        mesh(0),
+        group(turned(30.0), &[mesh(0)]),
+        group(json!({ "scale": [2, 1, 2] }), &[json!({ "sphere": { "center": [0, 1, 0], "radius": 4 } })]),
+    ];
+    for room in rooms {
+        assert!(!is_lit_from_around(room.clone()), "{room}");
+    }
+}
+
+#[test]
+fn rooms_with_a_hole_or_a_window_or_beside_the_eye_are_not_closed() {
+    let beside = json!({ "translate": [20, 0, 0] });
+    let mut glass = cuboid();
+    glass["box"]["material"] = json!("glass");
+    let rooms = [
+        mesh(1),
+        group(beside.clone(), &[cuboid()]),
+        group(beside, &[mesh(0)]),
+        group(json!({}), &[glass]),
+        json!({ "cylinder": { "base": [0, 0, 0], "top": [0, 9, 0], "radius": 9, "capped": false } }),
+    ];
+    for room in rooms {
+        assert!(is_lit_from_around(room.clone()), "{room}");
+    }
+}
+
+/// Rays say so, too: a picture of a closed room has no more light with a bright sky around it.
+#[test]
+fn no_ray_leaves_a_closed_room() {
+    for room in [group(json!({ "rotate_deg": { "axis": [1, 2, 3], "angle": 10 } }), &[cuboid()]), mesh(0)] {
+        let mut scene = in_a_room(room);
+        scene["environment"] = json!({ "sky": {}, "intensity": 1 });
+        scene["render"] = json!({ "antialias": false });
+        let with = pixels(scene.clone(), "single");
+        scene.as_object_mut().unwrap().remove("environment");
+        assert!(with == pixels(scene, "single"));
+    }
+}
