@@ -133,6 +133,7 @@ pub(super) fn open(
         public_url: http.public_url.clone(),
         streams: ConcurrencyLimit::default(),
         waits: ConcurrencyLimit::default(),
+        requests: ConcurrencyLimit::default(),
         max_connections: http.max_connections,
         tile_clients: ConcurrencyLimit::default(),
         studio: http.studio().map_err(StartError::Settings)?,

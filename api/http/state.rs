@@ -26,6 +26,8 @@ pub(crate) struct AppState {
     pub(crate) streams: ConcurrencyLimit<String>,
     /// Requests of tenants that wait for jobs.
     pub(crate) waits: ConcurrencyLimit<String>,
+    /// Requests of tenants that are being answered.
+    pub(crate) requests: ConcurrencyLimit<String>,
     /// Connections that there may be.
     pub(crate) max_connections: u32,
     /// Tiles that are being answered.

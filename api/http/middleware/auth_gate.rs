@@ -4,7 +4,9 @@ use crate::http::auth::capability::Capability;
 use crate::http::auth::rate_limit::Left;
 use crate::http::auth::tenant::{Scope, Tenant};
 use crate::http::problem::{Kind, Problem};
-use crate::http::state::App;
+use crate::http::state::{App, AppState};
+use crate::service::ANONYMOUS;
+use crate::service::concurrency_limit::Permit;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method};
@@ -20,6 +22,7 @@ const RECHECK_AFTER: Duration = Duration::from_secs(1);
 /// key or capability is refused, also on paths that need none.
 pub(crate) async fn identify(State(app): State<App>, mut request: Request, next: Next) -> Result<Response, Problem> {
     let Some(tenant) = app.access.tenant(&request)? else { return Ok(next.run(request).await) };
+    let _place = request_permit(&app, &tenant)?;
     request.extensions_mut().insert(Arc::clone(&tenant));
     let (parts, body) = request.into_parts();
     let is_read = matches!(parts.method, Method::GET | Method::HEAD);
@@ -31,6 +34,16 @@ pub(crate) async fn identify(State(app): State<App>, mut request: Request, next:
         app.access.recheck(&tenant, &Request::from_parts(asked, Body::empty()))?;
     }
     Ok(response)
+}
+
+/// A place among the requests of a tenant, from the end of the head to the beginning of the answer. They have half of all connections, so
+/// that bodies that are never sent, and answers that are long waited for, keep no other tenant out. Without keys there are no tenants.
+fn request_permit(app: &AppState, tenant: &Tenant) -> Result<Permit<String>, Problem> {
+    let most = if tenant.name == ANONYMOUS { u32::MAX } else { (app.max_connections / 2).max(1) };
+    app.requests.enter(tenant.name.clone(), most).ok_or_else(|| {
+        let detail = format!("{most} requests of your tenant are being answered: send more when some have ended");
+        Problem::new(Kind::RateLimited, detail).retry_after(1)
+    })
 }
 
 /// Refuses requests whose key lacks a scope, and charges the tenant unless they are free. Rays are charged where they are traced.

@@ -1,11 +1,13 @@
 //! Who may do what: keys, scopes, quotas, capabilities, pages of other origins, and who is not let in at all.
 
+use super::flood::until;
 use super::job_events::Events;
 use super::jobs::{ENDLESS, body, text};
 use crate::common::service::{Answer, NO_TIMEOUT, PATIENCE, Service, request};
 use crate::common::{BALL, SLOW};
 use serde_json::json;
-use std::io::Write;
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
@@ -167,6 +169,27 @@ fn a_tenant_leaves_connections_to_others_while_it_waits() {
     assert_eq!(keyed(&service, &many, "GET", &path, "").status, 200, "who does not wait is answered");
     assert_eq!(keyed(&service, &one, "GET", "/v1/me", "").status, 200);
     drop(second);
+}
+
+#[test]
+fn a_tenant_leaves_connections_to_others_while_it_sends() {
+    let file = KeyFile::new("sends", "");
+    let (many, one) = (file.key("many", "render,read"), file.key("one", "render,read"));
+    let service = file.serve(&["--max-connections", "8", "--body-timeout", "60"]);
+    let headers = [("Content-Type", "application/json"), ("Authorization", &many), ("Expect", "100-continue")];
+    let whole = request("POST", "/v1/render", &headers, BALL.as_bytes());
+    let mut slow: Vec<TcpStream> = (0..4).map(|_| service.connect()).collect();
+    for stream in &mut slow {
+        stream.write_all(&whole[..whole.len() - BALL.len()]).unwrap();
+        // The service says so as soon as it wants the body.
+        stream.read_exact(&mut [0; 25]).unwrap();
+    }
+    let refused = keyed(&service, &many, "GET", "/v1/me", "");
+    assert!(refused.problem(429, "rate-limited")["detail"].as_str().unwrap().contains("4 requests of your tenant"));
+    assert_eq!(refused.header("retry-after"), "1");
+    keyed(&service, &one, "POST", "/v1/render", BALL).picture();
+    drop(slow);
+    until("places of who has left are not given back", || keyed(&service, &many, "GET", "/v1/me", "").status == 200);
 }
 
 #[test]
