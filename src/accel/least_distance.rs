@@ -126,15 +126,15 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
             math::hypot((across - widest).max(0.0), beyond)
         }
         Shape::Mesh(mesh) => {
-            let face = |face: usize| to_triangle(p, mesh.corners(face).map(wide));
+            let face = |face: usize| distance_to_triangle(p, mesh.corners(face).map(wide));
             (0..mesh.faces.len()).into_par_iter().map(face).reduce(|| f64::INFINITY, f64::min)
         }
         Shape::Instance(_) => 0.0,
     }
 }
 
-/// Distance to the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
-fn to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+/// Distance from a point to the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+pub fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -189,7 +189,7 @@ mod tests {
                         .min(p.distance(corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v));
                 }
             }
-            let found = to_triangle(p, corners);
+            let found = distance_to_triangle(p, corners);
             assert!(found <= least + 1e-12 && found >= least - 0.02, "{p}: {found} {least}");
         }
     }

@@ -30,7 +30,7 @@ pub use extent::{Ball, Extent};
 pub(crate) use geometry::ALLOCATION;
 pub use geometry::Geometry;
 pub use item::{Attributes, Instance, Item, Mesh, Shape};
-pub use least_distance::least_distances;
+pub use least_distance::{distance_to_triangle, least_distances};
 pub use motion::Motion;
 pub use nearest_hit::{Nearest, Skipped, nearest_hit};
 pub use occlusion::{Blockers, transmittance};

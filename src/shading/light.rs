@@ -1,6 +1,7 @@
 //! Light sources: direction and irradiance factor at a point.
 
 use crate::lanes::{Lanes, Real, V3, circle};
+use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Largest factor of an inverse-square light: a point beside the light is bright, not infinite.
@@ -95,6 +96,42 @@ pub enum Falloff<R> {
     },
 }
 
+/// Highest density of a choice: its inverse is a number, too.
+const HIGHEST_PDF: f64 = 1e30;
+
+/// A parallelogram as directions meet it.
+struct Edges<R> {
+    /// Unit normal.
+    normal: [R; 3],
+    /// Area.
+    size: R,
+    /// What the scalar products with a way from its middle along it are: shares of its edges.
+    shares: [[R; 3]; 2],
+}
+
+impl<R: Real> Edges<R> {
+    /// Of two edges. Worked out in double precision: squares of areas would not fit into single.
+    #[inline(always)]
+    fn of(u: &[R; 3], v: &[R; 3]) -> Self {
+        let [u, v] = [u, v].map(|edge| DVec3::from_array(edge.map(Real::to_f64)));
+        let normal = u.cross(v);
+        let size = normal.length();
+        let unit = normal / size;
+        let narrow = |v: DVec3| v.to_array().map(R::from_f64);
+        Self {
+            normal: narrow(unit),
+            size: R::from_f64(size),
+            shares: [narrow(v.cross(unit) / size), narrow(unit.cross(u) / size)],
+        }
+    }
+}
+
+/// The square of a length.
+#[inline(always)]
+fn square<L: Lanes>(s: L::Simd, length: L::Real) -> L {
+    L::splat(s, length) * L::splat(s, length)
+}
+
 /// Light that arrives at points.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lanes> {
@@ -136,6 +173,36 @@ impl<R: Real> Light<R> {
         L::select(inside, L::lit(s, FRAC_1_PI) / (radius * radius * along * along * along), zero)
     }
 
+    /// How likely [`Self::place`] chooses a place that it has chosen, by solid angle. It is huge where the area is seen edge-on, and finite.
+    #[inline(always)]
+    pub fn chosen_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>, place: &Place<L>) -> L {
+        let (position, middle) = match (*place, self.middle(s)) {
+            (Place::Point(position), Place::Point(middle)) => (position - point, middle - point),
+            (Place::Sky(dir), Place::Sky(middle)) => {
+                let along = middle.dot(dir);
+                return match area {
+                    Area::Disc { radius } => L::lit(s, FRAC_1_PI) / (square::<L>(s, *radius) * along * along * along),
+                    Area::Parallelogram { .. } => L::lit(s, f64::INFINITY),
+                };
+            }
+            _ => return L::lit(s, 0.0),
+        };
+        // d^2 / (A cos), in ratios of lengths and with what is known of the place: of directions along the area the cosine is rounding.
+        let squared = position.dot(position);
+        let distance = squared.sqrt();
+        let pdf = match area {
+            Area::Disc { radius } => {
+                let ratio = distance / L::splat(s, *radius);
+                ratio * ratio * (distance / middle.dot(middle).sqrt()) * L::lit(s, FRAC_1_PI)
+            }
+            Area::Parallelogram { u, v } => {
+                let Edges { normal, size, .. } = Edges::of(u, v);
+                squared / L::splat(s, size) * (distance / position.dot(V3::splat(s, normal)).abs())
+            }
+        };
+        pdf.min(L::lit(s, HIGHEST_PDF))
+    }
+
     /// Where a direction from a point meets the light's area, and how likely [`Self::place`] chooses that, by solid angle: 0 beside it.
     #[inline(always)]
     pub fn place_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>, dir: V3<L>) -> (L, Place<L>) {
@@ -149,43 +216,38 @@ impl<R: Real> Light<R> {
                 let distance = middle.dot(middle).sqrt();
                 let way = middle * (L::lit(s, 1.0) / distance);
                 let (along, across, radius) = (way.dot(dir), way.cross(dir), L::splat(s, *radius) / distance);
-                // Rounding leaves no place of the rim beside the disc.
-                let reach = radius * radius * along * along * L::lit(s, 1.0 + 1e-5);
-                let inside = along.gt(zero) & across.dot(across).le(reach);
+                let inside = along.gt(zero) & across.dot(across).le(radius * radius * along * along);
                 let pdf = L::lit(s, FRAC_1_PI) / (radius * radius * along * along * along);
                 (pdf, inside, distance / along)
             }
             Area::Parallelogram { u, v } => {
-                let (u, v) = (V3::<L>::splat(s, *u), V3::splat(s, *v));
-                let normal = u.cross(v);
-                let distance = middle.dot(normal) / dir.dot(normal);
+                let Edges { normal, size, shares } = Edges::of(u, v);
+                let normal = V3::splat(s, normal);
+                let cosine = dir.dot(normal);
+                let distance = middle.dot(normal) / cosine;
                 let from_middle = dir * distance - middle;
-                let whole = normal.dot(normal) * L::lit(s, 0.5 + 1e-5);
-                let inside = from_middle.cross(v).dot(normal).abs().le(whole)
-                    & u.cross(from_middle).dot(normal).abs().le(whole)
-                    & distance.gt(zero);
-                (distance * distance / dir.dot(normal).abs(), inside, distance)
+                let half = L::lit(s, 0.5);
+                let [a, b] = [V3::splat(s, shares[0]), V3::splat(s, shares[1])];
+                let inside = from_middle.dot(a).abs().le(half) & from_middle.dot(b).abs().le(half) & distance.gt(zero);
+                (distance * distance / (L::splat(s, size) * cosine.abs()), inside, distance)
             }
         };
-        (L::select(inside, pdf, zero), Place::Point(point + dir * distance))
+        (L::select(inside, pdf.min(L::lit(s, HIGHEST_PDF)), zero), Place::Point(point + dir * distance))
     }
 
     /// How likely a place near the middle is chosen, by solid angle, as if the area faced the point; infinite if it has no size.
     #[inline(always)]
     pub fn middle_pdf<L: Lanes<Real = R>>(&self, s: L::Simd, area: &Area<R>, point: V3<L>) -> L {
-        let square = match self.middle(s) {
+        let far = match self.middle(s) {
             Place::Point(position) => (position - point).dot(position - point),
             Place::Sky(_) if self.sky_disc().is_some() => L::lit(s, 1.0),
             Place::Sky(_) => return L::lit(s, f64::INFINITY),
         };
         let size = match area {
-            Area::Disc { radius } => L::splat(s, *radius) * L::splat(s, *radius) * L::lit(s, PI),
-            Area::Parallelogram { u, v } => {
-                let normal = V3::<L>::splat(s, *u).cross(V3::splat(s, *v));
-                normal.dot(normal).sqrt()
-            }
+            Area::Disc { radius } => square::<L>(s, *radius) * L::lit(s, PI),
+            Area::Parallelogram { u, v } => L::splat(s, Edges::of(u, v).size),
         };
-        square / size
+        far / size
     }
 
     /// The radiance at the rim of a disc in the sky, where it is highest.

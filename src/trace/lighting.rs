@@ -108,7 +108,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             && !finds(world, light, rays)
             && !brings_scattered_light(rays)
         {
-            soft = SoftHighlights::find(s, light, area, rays, hits, lobes, arrival.to_light, square);
+            soft = SoftHighlights::find(s, light, area, rays, hits, lobes, (&place, arrival.to_light), square);
             if let Some(soft) = &soft {
                 soft.add(tracer, rays, hits, index, number, sum);
             }

@@ -31,7 +31,7 @@ pub(super) struct SoftHighlights<L: Lanes> {
 }
 
 impl<L: Lanes> SoftHighlights<L> {
-    /// Those of a light with an area. The point `square` of the unit square has chosen a place in the direction `to_place`, and chooses
+    /// Those of a light with an area. The point `square` of the unit square has chosen a place, in the direction `to_place`, and chooses
     /// facets. None if no lobe is narrow.
     #[inline(never)]
     pub(super) fn find(
@@ -41,7 +41,7 @@ impl<L: Lanes> SoftHighlights<L> {
         rays: &RayPacket<L>,
         hits: &Hits<L>,
         lobes: &Lobes<L>,
-        to_place: V3<L>,
+        (place, to_place): (&Place<L>, V3<L>),
         square: [L; 2],
     ) -> Option<Self> {
         L::vectorize(
@@ -58,7 +58,7 @@ impl<L: Lanes> SoftHighlights<L> {
                 let (zero, one, to_eye) = (L::lit(s, 0.0), L::lit(s, 1.0), -rays.dir);
                 let [surface, clearcoat] = [L::mask(s, narrow[0]), L::mask(s, narrow[1])];
                 let (cosine, _) = lobes.faces(s, to_place, hits.ns.dot(to_place).max(zero));
-                let (pdf, _) = light.place_pdf(s, area, point, to_place);
+                let pdf = light.chosen_pdf(s, area, point, place);
                 let [own, over] = lobes.highlights(s, hits.ns, to_place, to_eye, cosine);
                 let own = own.reflected * L::select(surface, balance_heuristic(pdf, own.density), one);
                 let over = over.reflected * L::select(clearcoat, balance_heuristic(pdf, over.density), one);

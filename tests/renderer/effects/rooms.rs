@@ -82,6 +82,19 @@ fn closed_rooms_are_dark_however_they_are_written() {
     }
 }
 
+/// Also after many other objects, one of which holds the eye, and in a mesh whose faces run through the height of the eye elsewhere.
+#[test]
+fn what_else_there_is_does_not_matter() {
+    let dust = |i: usize| json!({ "sphere": { "center": [i % 100, -50, i / 100], "radius": 0.1 } });
+    let many: Vec<Value> = (0..5_000).map(dust).collect();
+    let shells: Vec<Value> = (0..30).map(|_| mesh(1)).collect();
+    let crowd = [many.clone(), shells, vec![group(json!({}), &many), mesh(0)]].concat();
+    assert!(!is_lit_from_around(group(json!({}), &crowd)));
+    let mut scene = in_a_room(mesh(0));
+    scene["objects"] = json!([many, vec![cuboid()]].concat());
+    assert!(!effects(&scene).has(Effect::EnvironmentLight));
+}
+
 #[test]
 fn rooms_with_a_hole_or_a_window_or_beside_the_eye_are_not_closed() {
     let beside = json!({ "translate": [20, 0, 0] });

@@ -56,6 +56,36 @@ fn smooth_materials_have_no_speckles() {
     }
 }
 
+/// A lamp in the plane of the eye is seen edge-on by the middle of the picture, and lights it all the same, at any scale.
+#[test]
+fn lamps_that_are_seen_edge_on_shine() {
+    let mean = |size: f64, angle: f64, precision: &str, samples: u32| {
+        let (sine, cosine) = strahl::math::sin_cos(angle);
+        let turned = |[x, y, z]: [f64; 3]| [size * (cosine * x + sine * z), size * y, size * (cosine * z - sine * x)];
+        let scene = json!({
+            "version": 1, "image": { "width": 25, "height": 25 }, "ambient": 0,
+            "camera": { "pinhole": { "eye": turned([0.0, 1.5, 6.0]), "look_at": turned([0.0, 0.0, 0.0]), "vfov_deg": 40 } },
+            "objects": [ { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0], "material": "metal" } } ],
+            "materials": { "metal": { "pbr": { "metallic": 1, "roughness": 0.3, "base_color": [0.9, 0.9, 0.9] } } },
+            "lights": [{ "point": { "position": turned([0.0, 3.0, -3.0]), "area": { "parallelogram": {
+                "u": turned([0.0, 1.0, 0.0]), "v": turned([0.0, 0.0, 1.0]) } } } }],
+            "render": { "samples": samples, "antialias": false }
+        });
+        let pixels = pixels(scene, precision);
+        let column: Vec<f64> = pixels.iter().skip(12).step_by(25).map(|pixel| f64::from(pixel[1])).collect();
+        column.iter().sum::<f64>() / 25.0
+    };
+    let usual = mean(1.0, 0.0, "double", 256);
+    for (size, angle, precision) in
+        [(1.0, 0.0, "single"), (1.0, 0.3, "single"), (1.0, 2.0, "double"), (1e-9, 0.3, "single"), (1e10, 0.0, "single")]
+    {
+        let other = mean(size, angle, precision, 256);
+        assert!((other - usual).abs() < 0.05 * usual, "{size} {angle} {precision}: {other}, and {usual} of the usual");
+        // The first sample is in the middle of its pixel, where the lamp has no width at all.
+        assert!(mean(size, angle, precision, 1) > 0.3 * usual, "{size} {angle} {precision}");
+    }
+}
+
 /// The lobes of a ball see as much of a small light as of a larger one, and rough ones as much as of a point.
 #[test]
 fn how_large_the_light_is_changes_no_mean() {
