@@ -22,11 +22,14 @@ pub(super) fn replace(path: &Path, bytes: &[u8], durable: bool) -> io::Result<()
     // What a link leads to is replaced, and not the link.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     match fs::metadata(&path) {
-        Ok(there) if !there.is_file() => fs::write(&path, bytes),
-        there => match disk::write(&path, &[bytes], durable) {
+        // Nor is one replaced that must not be written.
+        Ok(there) if !there.is_file() || there.permissions().readonly() => fs::write(&path, bytes),
+        there => match (disk::write(&path, &[bytes], durable), there) {
             // The file may be written, but its folder takes no other one.
-            Err(error) if error.kind() == io::ErrorKind::PermissionDenied && there.is_ok() => fs::write(&path, bytes),
-            written => written,
+            (Err(error), Ok(_)) if error.kind() == io::ErrorKind::PermissionDenied => fs::write(&path, bytes),
+            // Who may read it is as before.
+            (Ok(()), Ok(there)) => fs::set_permissions(&path, there.permissions()),
+            (written, _) => written,
         },
     }
 }
@@ -115,6 +118,7 @@ pub(super) fn is_standard(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn a_file_that_cannot_be_replaced_stays_and_a_link_stays_one() {
@@ -125,7 +129,10 @@ mod tests {
         write(&link, b"two").unwrap();
         assert_eq!((fs::read(&file).unwrap(), link.is_symlink()), (b"two".to_vec(), true));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
-        write(Path::new("/dev/null"), b"three").unwrap();
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+        write(&file, b"three").unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        write(Path::new("/dev/null"), b"four").unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
         assert!(write(&file.join("x"), b"").is_err());
     }
