@@ -3,8 +3,9 @@
 use super::failure::Failure;
 use crate::service::storage::disk;
 use serde::Serialize;
-use std::fs;
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
+use std::os::unix::fs::{MetadataExt, chown};
 use std::path::{Path, PathBuf};
 use strahl::scene::{Problem, printable};
 
@@ -17,20 +18,30 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Writes all of a file, instead of the one that is there, which stays if that fails. What is no file, such as a pipe, is written to.
+/// Writes all of a file. A plain file is replaced as a whole, so the one before stays if that fails. What else there may be is written to:
+/// pipes and devices, links, files with several names, and private ones, which a new file would not be from the start.
 pub(super) fn replace(path: &Path, bytes: &[u8], durable: bool) -> io::Result<()> {
-    // What a link leads to is replaced, and not the link.
-    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match fs::metadata(&path) {
-        // Nor is one replaced that must not be written.
-        Ok(there) if !there.is_file() || there.permissions().readonly() => fs::write(&path, bytes),
-        there => match (disk::write(&path, &[bytes], durable), there) {
-            // The file may be written, but its folder takes no other one.
-            (Err(error), Ok(_)) if error.kind() == io::ErrorKind::PermissionDenied => fs::write(&path, bytes),
-            // Who may read it is as before.
-            (Ok(()), Ok(there)) => fs::set_permissions(&path, there.permissions()),
-            (written, _) => written,
-        },
+    let there = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return disk::write(path, &[bytes], durable),
+        there => there?,
+    };
+    const READ_BY_ALL: u32 = 0o004;
+    if !there.is_file() || there.nlink() > 1 || there.mode() & READ_BY_ALL == 0 {
+        return fs::write(path, bytes);
+    }
+    // Who must not write the file must not replace it.
+    OpenOptions::new().write(true).open(path)?;
+    match disk::write(path, &[bytes], durable) {
+        // The folder takes no other file, or this one is mounted by itself.
+        Err(error) if matches!(error.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ResourceBusy) => {
+            fs::write(path, bytes)
+        }
+        Err(error) => Err(error),
+        Ok(()) => {
+            // Only root can, and only root needs to.
+            let _ = chown(path, Some(there.uid()), Some(there.gid()));
+            fs::set_permissions(path, there.permissions())
+        }
     }
 }
 
@@ -129,10 +140,19 @@ mod tests {
         write(&link, b"two").unwrap();
         assert_eq!((fs::read(&file).unwrap(), link.is_symlink()), (b"two".to_vec(), true));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
-        fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
-        write(&file, b"three").unwrap();
-        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
-        write(Path::new("/dev/null"), b"four").unwrap();
+        for mode in [0o600, 0o755] {
+            fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
+            write(&file, b"three").unwrap();
+            assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, mode);
+        }
+        let [other, to_nothing] = ["c.png", "d.png"].map(|name| folder.path().join(name));
+        fs::hard_link(&file, &other).unwrap();
+        write(&file, b"four").unwrap();
+        assert_eq!(fs::read(&other).unwrap(), b"four");
+        std::os::unix::fs::symlink("e.png", &to_nothing).unwrap();
+        write(&to_nothing, b"five").unwrap();
+        assert_eq!(fs::read(folder.path().join("e.png")).unwrap(), b"five");
+        write(Path::new("/dev/null"), b"six").unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
         assert!(write(&file.join("x"), b"").is_err());
     }

@@ -68,6 +68,6 @@ pub(super) fn run(args: &TreeArgs) -> Result<(), Failure> {
             let spec = OverlaySpec { seen_from, picture: args.picture, all_samples: args.all_samples };
             output::print(overlay::draw(tree, &scene, other, spec, &session.workers, &session.control)?.as_bytes())
         }
-        format => output::print_text(&tree.parts(format, args.all_samples).collect::<String>()),
+        format => output::print(tree.parts(format, args.all_samples).collect::<String>().as_bytes()),
     }
 }

@@ -63,9 +63,18 @@ impl Records {
         Ok(Self { broker, bucket, runtime, heard: watch::Sender::new(0) })
     }
 
-    /// Writes a value that is not there; its revision. What fails is not there later, either.
+    /// Writes a value whose key no other write has; its revision. What fails is removed once the broker answers.
     pub(crate) fn create(&self, key: &str, value: Vec<u8>) -> Result<u64, Refused> {
-        let written = self.wait(self.bucket.create(key, value.clone().into())).map_err(Refused::Failed);
+        self.create_or_take_back(key, value, None)
+    }
+
+    /// The same for a key that others may write: only what is still this value is removed.
+    pub(crate) fn claim(&self, key: &str, value: Vec<u8>) -> Result<u64, Refused> {
+        self.create_or_take_back(key, value.clone(), Some(value))
+    }
+
+    fn create_or_take_back(&self, key: &str, value: Vec<u8>, only: Option<Vec<u8>>) -> Result<u64, Refused> {
+        let written = self.wait(self.bucket.create(key, value.into())).map_err(Refused::Failed);
         let written = written.and_then(|written| {
             written.map_err(|error| match error.kind() {
                 CreateErrorKind::AlreadyExists => Refused::Changed,
@@ -73,13 +82,14 @@ impl Records {
             })
         });
         if matches!(written, Err(Refused::Failed(_))) {
-            self.take_back(key.to_owned(), value);
+            self.take_back(key.to_owned(), only);
         }
         written
     }
 
-    /// Removes a value whose answer did not come in time, once the broker answers: its writer was told that there is none.
-    fn take_back(&self, key: String, value: Vec<u8>) {
+    /// Removes a value whose answer did not come in time, once the broker answers: its writer was told that there is none. A job may
+    /// have begun by then, and ends.
+    fn take_back(&self, key: String, only: Option<Vec<u8>>) {
         let (broker, bucket) = (self.broker.clone(), self.bucket.clone());
         self.runtime.spawn(async move {
             let mut looks = 0;
@@ -87,7 +97,10 @@ impl Records {
             while looks < 2 {
                 connected(&broker).await;
                 match bucket.entry(&key).await {
-                    Ok(Some(entry)) if entry.operation == Operation::Put && entry.value == value => {
+                    Ok(Some(entry))
+                        if entry.operation == Operation::Put
+                            && only.as_ref().is_none_or(|only| entry.value == only) =>
+                    {
                         let removed = bucket.purge_expect_revision_with_ttl(&key, entry.revision, REMOVED_AGE).await;
                         if removed.is_ok() {
                             tracing::warn!(key, "a write came late to the broker, and was taken back");

@@ -111,7 +111,7 @@ impl Records for Arc<Shared> {
 
     fn claim(&self, tenant: &str, key: &str) -> io::Result<Option<u64>> {
         let place = place(tenant, key);
-        let mut claimed = self.keys.create(&place, self.own());
+        let mut claimed = self.keys.claim(&place, self.own());
         if matches!(claimed, Err(Refused::Changed))
             && let Some((front, revision)) = self.keys.get(&place)?
             && !str::from_utf8(&front).is_ok_and(|front| front != self.fronts.id && self.fronts.is_alive(front))
