@@ -23,7 +23,7 @@ const MOST_TRIANGLES: usize = 1 << 20;
 pub(super) struct Rooms<'a, R> {
     geometries: &'a [Geometry<R>],
     materials: &'a [Material<R>],
-    /// Boxes of the meshes that were looked at, by their lists of triangles.
+    /// Boxes of the meshes that were looked at: one that is placed often is measured once.
     boxes: HashMap<*const Mesh<R>, Bounds>,
     items: usize,
     triangles: usize,
