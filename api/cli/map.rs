@@ -8,8 +8,8 @@ use super::{output, progress};
 use crate::service::pictures::map::{self, COARSEST, MapFormat};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use strahl::enum_names::choice;
 use strahl::inspect::maps::MapKind;
-use strahl::words::choice;
 
 /// `strahl map`.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use crate::service::values::threads;
 use clap::Args;
 use std::path::PathBuf;
 use strahl::film::{Region, ToneMapping};
-use strahl::models::Which;
+use strahl::models::NameOrIndex;
 use strahl::scene::description::{Accuracy, Fidelity, FilmBackground, Precision};
 use strahl::scene::model::{LightChoice, ModelOptions, UpAxis, View};
 use strahl::scene::nff::NffOptions;
@@ -106,13 +106,13 @@ pub(super) struct ModelArgs {
     model_scene: Option<u32>,
     /// Which animation of the file is played, by its place from 0 or its name [default: none].
     #[arg(long, value_name = "WHICH")]
-    animation: Option<Which>,
+    animation: Option<NameOrIndex>,
     /// Seconds since the start of the animation.
     #[arg(short, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     t: Option<f64>,
     /// Which variant of its materials, by its place from 0 or its name.
     #[arg(long, value_name = "WHICH")]
-    variant: Option<Which>,
+    variant: Option<NameOrIndex>,
     /// Which lights shine on it: auto, studio or file [default: auto].
     #[arg(long, value_name = "LIGHTS", value_parser = word::<LightChoice>(), hide_possible_values = true)]
     light: Option<LightChoice>,

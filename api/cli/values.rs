@@ -3,9 +3,9 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
+use strahl::enum_names::{choice, expected, words};
 use strahl::film::Region;
 use strahl::scene::limits::Limit;
-use strahl::words::{choice, expected, words};
 
 /// One of the words of an enum.
 pub(super) fn word<T>() -> impl TypedValueParser<Value = T>

@@ -26,3 +26,9 @@ pub(crate) mod values;
 
 /// The tenant of all requests where there are no keys.
 pub(crate) const ANONYMOUS: &str = "anonymous";
+
+/// Whether a tenant may have this name: 1 to 64 letters, digits and `-`. Names are parts of keys, URLs and names of files, so they
+/// must not contain the characters between those parts.
+pub(crate) fn is_tenant_name(name: &str) -> bool {
+    (1..=64).contains(&name.len()) && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')
+}

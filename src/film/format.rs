@@ -124,7 +124,7 @@ impl From<FileFormat> for PictureFormat {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::words::words;
+    use crate::enum_names::words;
 
     #[test]
     fn names_are_the_words() {

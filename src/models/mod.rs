@@ -18,14 +18,14 @@ mod model;
 mod mtl;
 mod mtl_map;
 mod name;
+mod name_or_index;
 mod obj;
 pub mod parts;
 mod ply;
 pub(crate) mod polygon;
 pub(crate) mod stl;
-mod text;
+pub(crate) mod text;
 mod weld;
-mod which;
 
 pub use budget::Budget;
 pub(crate) use budget::DECODED_BYTES;
@@ -34,7 +34,7 @@ pub use geometry::Geometry;
 pub use material::{Alpha, Attenuation, Channel, Clearcoat, ModelMaterial, Texture, UvTransform, Wrap};
 pub use model::{Lamp, LampKind, Model, ModelCamera, Picture, Placement, Projection, Up};
 pub(crate) use name::{NAME_BYTES, shortened};
-pub use which::{Which, counted};
+pub use name_or_index::{NameOrIndex, counted};
 
 /// Gives the part of a model that has a name; an error is the end of a sentence that begins with the name.
 pub type Parts<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
@@ -58,11 +58,11 @@ pub struct Choice {
     /// Which scene of the file. Default: the one that it names, else the first.
     pub scene: Option<u32>,
     /// Which animation is played. Default: none, the pose at rest.
-    pub animation: Option<Which>,
+    pub animation: Option<NameOrIndex>,
     /// Seconds since the start of the animation.
     pub seconds: f64,
     /// Which variant of the materials. Default: none.
-    pub variant: Option<Which>,
+    pub variant: Option<NameOrIndex>,
     /// Whether what only changes the look is refused too, as the glTF specification asks of `extensionsRequired`.
     pub strict: bool,
 }

@@ -13,7 +13,7 @@ const NAME: usize = 62;
 
 /// A number from 0, or a name. It is small, and copied with the settings that hold it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
+pub enum NameOrIndex {
     /// By its place, from 0.
     Index(u32),
     /// By its name.
@@ -39,7 +39,7 @@ impl fmt::Debug for Name {
     }
 }
 
-impl Which {
+impl NameOrIndex {
     /// What may be written.
     pub const WRITTEN: &'static str = "a number from 0, or a name of at most 62 bytes";
 
@@ -68,7 +68,7 @@ pub fn counted(count: usize) -> String {
     if count == 0 { "none".to_owned() } else { format!("{count}, counted from 0") }
 }
 
-impl fmt::Display for Which {
+impl fmt::Display for NameOrIndex {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Index(index) => index.fmt(f),
@@ -77,7 +77,7 @@ impl fmt::Display for Which {
     }
 }
 
-impl FromStr for Which {
+impl FromStr for NameOrIndex {
     type Err = String;
 
     /// What is written with digits alone is a place.
@@ -92,7 +92,7 @@ impl FromStr for Which {
     }
 }
 
-impl Serialize for Which {
+impl Serialize for NameOrIndex {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Index(index) => serializer.serialize_u32(*index),
@@ -101,19 +101,19 @@ impl Serialize for Which {
     }
 }
 
-impl<'de> Deserialize<'de> for Which {
+impl<'de> Deserialize<'de> for NameOrIndex {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Reader;
         impl Visitor<'_> for Reader {
-            type Value = Which;
+            type Value = NameOrIndex;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(Which::WRITTEN)
+                f.write_str(NameOrIndex::WRITTEN)
             }
-            fn visit_u64<E: Error>(self, index: u64) -> Result<Which, E> {
-                u32::try_from(index).map(Which::Index).map_err(E::custom)
+            fn visit_u64<E: Error>(self, index: u64) -> Result<NameOrIndex, E> {
+                u32::try_from(index).map(NameOrIndex::Index).map_err(E::custom)
             }
-            fn visit_str<E: Error>(self, name: &str) -> Result<Which, E> {
+            fn visit_str<E: Error>(self, name: &str) -> Result<NameOrIndex, E> {
                 name.parse().map_err(E::custom)
             }
         }
@@ -121,9 +121,9 @@ impl<'de> Deserialize<'de> for Which {
     }
 }
 
-impl JsonSchema for Which {
+impl JsonSchema for NameOrIndex {
     fn schema_name() -> Cow<'static, str> {
-        "Which".into()
+        "NameOrIndex".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
@@ -140,15 +140,16 @@ mod tests {
     #[test]
     fn things_are_found_by_place_and_by_name() {
         let names = [Some("Survey"), None, Some("Run")];
-        let find = |text: &str| text.parse::<Which>().unwrap().find("animation", "/animations", names.into_iter());
+        let find =
+            |text: &str| text.parse::<NameOrIndex>().unwrap().find("animation", "/animations", names.into_iter());
         assert_eq!(find("Run").unwrap(), 2);
         assert_eq!(find("1").unwrap(), 1);
         let fault = format!("{:?}", find("Walk").unwrap_err());
         assert!(fault.contains("no animation Walk: the file has 3") && fault.contains("Survey, Run"), "{fault}");
         assert!(find("3").is_err());
-        assert!("".parse::<Which>().is_err() && "x".repeat(63).parse::<Which>().is_err());
+        assert!("".parse::<NameOrIndex>().is_err() && "x".repeat(63).parse::<NameOrIndex>().is_err());
         for text in ["7", "\"Run fast\""] {
-            let which: Which = serde_json::from_str(text).unwrap();
+            let which: NameOrIndex = serde_json::from_str(text).unwrap();
             assert_eq!(serde_json::to_string(&which).unwrap(), text);
         }
     }

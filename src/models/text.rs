@@ -9,13 +9,18 @@ pub(super) struct Word<'a> {
     pub(super) place: Place,
 }
 
+/// Bytes for messages: in quotes, escaped, and no longer than a line.
+pub(crate) fn quoted(text: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let shown = &text[..text.len().min(LONGEST)];
+    let rest = if shown.len() < text.len() { "..." } else { "" };
+    format!("\"{}{rest}\"", shown.escape_ascii())
+}
+
 impl Word<'_> {
     /// For messages: in quotes, and no longer than a line.
     pub(super) fn quoted(&self) -> String {
-        const LONGEST: usize = 40;
-        let shown = &self.text[..self.text.len().min(LONGEST)];
-        let rest = if shown.len() < self.text.len() { "..." } else { "" };
-        format!("\"{}{rest}\"", shown.escape_ascii())
+        quoted(self.text)
     }
 
     /// Its value, which is finite.

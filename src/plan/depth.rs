@@ -25,7 +25,7 @@ pub struct Depth {
 impl Depth {
     /// What is known before anything is rendered.
     pub(super) fn of<R: Real>(requested: Option<u32>, world: &World<R>, explanation: &Explanation) -> Self {
-        if !(world.reflects || world.transmits || world.rules.color_bleeding || world.rules.traces_light()) {
+        if !(world.reflects || world.transmits || world.rules.color_bleeding || world.rules.has_global_illumination()) {
             let why = "no surface reflects, transmits or gathers light";
             return Self { requested, proved_sufficient: Some(1), why, because: Vec::new(), reached: None };
         }

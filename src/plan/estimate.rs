@@ -20,7 +20,7 @@ use std::time::Instant;
 
 /// Estimate of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Estimated {
+pub struct EffectEstimate {
     /// Its own rays.
     pub rays: u64,
     /// Their 95 % interval.
@@ -31,7 +31,7 @@ pub struct Estimated {
 
 /// Actual cost of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Actual {
+pub struct EffectCost {
     /// Its own rays, counted.
     pub rays: u64,
     /// The same as `share_ms`, under its former name.
@@ -135,7 +135,7 @@ impl Plan {
                 Own::Nothing => (Expected::default(), (effect.state != State::On).then_some(0.0)),
             };
             let [low, high] = rays.interval.map(|end| share * end);
-            effect.est = Some(Estimated {
+            effect.est = Some(EffectEstimate {
                 rays: count(rays.value),
                 rays_ci: [low.floor() as u64, high.ceil() as u64],
                 ms: nanoseconds.map(|each| ms(rays.value * each)),
@@ -200,7 +200,7 @@ impl Plan {
                 Own::Nothing => (0, (effect.state != State::On).then_some(0.0)),
             };
             let share_ms = nanoseconds.map(|ns| rounded(trace_ms * (ns / whole)));
-            effect.act = Some(Actual { rays: count, ms_estimated: share_ms, share_ms, saves_ms: None });
+            effect.act = Some(EffectCost { rays: count, ms_estimated: share_ms, share_ms, saves_ms: None });
         }
     }
 }

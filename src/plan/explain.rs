@@ -1,6 +1,6 @@
 //! The table of effects in plans, with the cost of each.
 
-use super::estimate::{Actual, Estimated};
+use super::estimate::{EffectCost, EffectEstimate};
 use crate::scene::Scene;
 pub use crate::scene::effects::State;
 use crate::scene::effects::{Effect, Entry};
@@ -42,10 +42,10 @@ pub struct Row {
     pub values: BTreeMap<String, Value>,
     /// Estimated cost.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub est: Option<Estimated>,
+    pub est: Option<EffectEstimate>,
     /// Actual cost.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub act: Option<Actual>,
+    pub act: Option<EffectCost>,
 }
 
 const NOT_SIMULATED: &[&str] = &["caustics", "repeated_diffuse_interreflection", "diffraction", "polarisation"];

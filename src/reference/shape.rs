@@ -5,7 +5,7 @@ use super::mesh::Mesh;
 use super::ray::{Ball, Crossing, Ray};
 use super::round::{Frustum, Sphere};
 use super::torus::Torus;
-use crate::scene::description::{Look, Object, Vec3};
+use crate::scene::description::{Appearance, Object, Vec3};
 use glam::DVec3;
 use std::fmt::Debug;
 
@@ -28,35 +28,35 @@ pub(super) trait Shape: Debug + Send + Sync {
     }
 }
 
-/// The shape and look of an object; none if it is a group or an instance.
-pub(super) fn shape_of(object: &Object) -> Option<(Box<dyn Shape>, Look<'_>)> {
+/// The shape and appearance of an object; none if it is a group or an instance.
+pub(super) fn shape_of(object: &Object) -> Option<(Box<dyn Shape>, Appearance<'_>)> {
     let plane = |point: Vec3, normal: Vec3| Plane { point: point.into(), normal: DVec3::from(normal).normalize() };
-    let shape: (Box<dyn Shape>, Look<'_>) = match object {
-        Object::Sphere(s) => (Box::new(Sphere { center: s.center.into(), radius: s.radius }), s.look()),
-        Object::Plane(p) => (Box::new(plane(p.point, p.normal)), p.look()),
-        Object::Disc(d) => (Box::new(Disc { plane: plane(d.center, d.normal), radius: d.radius }), d.look()),
-        Object::Triangle(t) => (open_mesh(&t.vertices, vec![[0, 1, 2]]), t.look()),
-        Object::Quad(q) => (open_mesh(&q.vertices, vec![[0, 1, 2], [0, 2, 3]]), q.look()),
-        Object::Box(b) => (Box::new(AxisBox { min: b.min.into(), max: b.max.into() }), b.look()),
+    let shape: (Box<dyn Shape>, Appearance<'_>) = match object {
+        Object::Sphere(s) => (Box::new(Sphere { center: s.center.into(), radius: s.radius }), s.appearance()),
+        Object::Plane(p) => (Box::new(plane(p.point, p.normal)), p.appearance()),
+        Object::Disc(d) => (Box::new(Disc { plane: plane(d.center, d.normal), radius: d.radius }), d.appearance()),
+        Object::Triangle(t) => (open_mesh(&t.vertices, vec![[0, 1, 2]]), t.appearance()),
+        Object::Quad(q) => (open_mesh(&q.vertices, vec![[0, 1, 2], [0, 2, 3]]), q.appearance()),
+        Object::Box(b) => (Box::new(AxisBox { min: b.min.into(), max: b.max.into() }), b.appearance()),
         Object::Cylinder(c) => {
             let frustum = Frustum::new(c.base.into(), c.radius, c.top.into(), c.radius, c.capped);
-            (Box::new(frustum), c.look())
+            (Box::new(frustum), c.appearance())
         }
         Object::Cone(c) => {
             let frustum = Frustum::new(c.base.into(), c.base_radius, c.top.into(), c.top_radius, c.capped);
-            (Box::new(frustum), c.look())
+            (Box::new(frustum), c.appearance())
         }
         Object::Torus(t) => {
             let axis = DVec3::from(t.axis).normalize();
             let torus = Torus { center: t.center.into(), axis, major: t.major_radius, minor: t.minor_radius };
-            (Box::new(torus), t.look())
+            (Box::new(torus), t.appearance())
         }
         Object::Mesh(m) => {
             let faces = m.faces.iter().map(|face| face.map(|i| i as usize)).collect();
             let mesh = Mesh::closed(points(&m.vertices), faces, m.normals.as_deref().map(points));
-            (Box::new(mesh), m.look())
+            (Box::new(mesh), m.appearance())
         }
-        Object::Polygon(p) => (Box::new(Polygon::new(points(&p.vertices))), p.look()),
+        Object::Polygon(p) => (Box::new(Polygon::new(points(&p.vertices))), p.appearance()),
         Object::Group(_) | Object::Instance(_) | Object::Model(_) => return None,
     };
     Some(shape)

@@ -238,9 +238,9 @@ impl<'a> Builder<'a> {
     }
 
     fn body(&self, object: &Object) -> Node {
-        let (shape, look) = shape_of(object).expect("groups and instances are no bodies");
-        let material = look.material.and_then(|name| self.materials.get(name)).unwrap_or(&self.default_material);
-        let body = Body { shape, material: Arc::clone(material), hollow: look.hollow };
+        let (shape, appearance) = shape_of(object).expect("groups and instances are no bodies");
+        let material = appearance.material.and_then(|name| self.materials.get(name)).unwrap_or(&self.default_material);
+        let body = Body { shape, material: Arc::clone(material), hollow: appearance.hollow };
         Node { ball: body.shape.ball(), content: Content::Body(body) }
     }
 

@@ -5,10 +5,10 @@
 //! chance, so its neighbours are asked, too, and what was seen before counts a little. Where many samples help little the target is
 //! wider, so that no pixel takes those of a hundred others.
 
-use super::adaptive_sampling::Reached;
 use super::packets::{KernelFormat, TraceJob, Traced, show_pixel};
 use super::renderer::Renderer;
 use super::sample_sums::PixelSums;
+use super::statistical_sampling::Reached;
 use super::tiles::near;
 use crate::bound::BoundedPixel;
 use crate::control::Cancelled;

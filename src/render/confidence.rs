@@ -1,6 +1,6 @@
 //! Confidence: how far more samples would likely change a picture, estimated from its samples.
 
-use super::adaptive_sampling::Reached;
+use super::statistical_sampling::Reached;
 use serde::{Deserialize, Serialize};
 
 /// The estimates from the samples of a picture.

@@ -1,9 +1,9 @@
 //! Tracing pixels with a kernel, and collecting their results.
 
-use super::adaptive_sampling::Reached;
 use super::picture::PixelCost;
 use super::probe::PacketCost;
 use super::sample_sums::{PIXELS, PixelSums, SampleSums, trace_samples};
+use super::statistical_sampling::Reached;
 use super::thread_time::ThreadTime;
 use crate::bound::interval::raise;
 use crate::bound::{BoundedPixel, BoundedPixels};

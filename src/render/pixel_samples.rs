@@ -1,8 +1,8 @@
 //! The samples of one pixel alone: those that it has in a picture, whatever mode that is in.
 
-use super::adaptive_sampling::batches;
-use super::doubling::runs;
+use super::adaptive_sampling::runs;
 use super::sample_sums::{PixelMean, PixelSums, SampleSums, trace_samples};
+use super::statistical_sampling::batches;
 use crate::lanes::Lanes;
 use crate::scene::Scene;
 use crate::scene::world::Pruning;

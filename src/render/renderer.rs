@@ -8,7 +8,7 @@ use crate::trace::pixel::Samples;
 
 use super::confidence::{Histogram, Sampling};
 use super::tiles::{edge_of_tiles, near, split};
-use super::{Picture, Refined, RenderOptions, adaptive_sampling};
+use super::{Picture, Refined, RenderOptions, statistical_sampling};
 use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
@@ -186,7 +186,7 @@ impl<'a, R: KernelFormat> Renderer<'a, R> {
     /// Pixels with `samples` samples, or with as many as the statistical target needs.
     pub(super) fn trace_pixels(&self, at: &[[u32; 2]], samples: u32, traced: &mut Traced) {
         match &self.scene.statistical {
-            Some(target) => adaptive_sampling::trace(self.options.level, &self.job, target, at, traced),
+            Some(target) => statistical_sampling::trace(self.options.level, &self.job, target, at, traced),
             None => R::trace(self.options.level, &self.job, at, Samples::of_picture(samples), traced),
         }
     }

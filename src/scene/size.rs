@@ -127,7 +127,7 @@ impl Sizes {
 
     fn of_one(&self, object: &Object) -> u64 {
         let mesh = |faces: usize, vertices: usize| self.face * faces as u64 + self.vertex * vertices as u64;
-        let name = object.look().and_then(|look| look.name).map_or(0, |name| 32 + name.len() as u64);
+        let name = object.appearance().and_then(|appearance| appearance.name).map_or(0, |name| 32 + name.len() as u64);
         let more = match object {
             Object::Sphere(_) | Object::Plane(_) | Object::Disc(_) | Object::Box(_) => 0,
             Object::Cylinder(_) | Object::Cone(_) | Object::Torus(_) => self.boxed,

@@ -34,7 +34,7 @@ pub struct World<R> {
     pub lights: Vec<Light<R>>,
     /// I_a.
     pub ambient: [R; 3],
-    /// The same for what catches shadows, which light from all around reaches without rays, also where light is traced.
+    /// The same for what catches shadows, which light from all around reaches without rays, also with global illumination.
     pub ambient_of_catchers: [R; 3],
     /// Radiance of rays that hit nothing.
     pub background: [R; 3],
@@ -50,9 +50,9 @@ pub struct World<R> {
     pub environment: Option<Environment>,
     /// What the environment does to surfaces, if it lights them without rays.
     pub surroundings: Option<Arc<Surroundings>>,
-    /// The choice of bright directions of the environment, if light is traced.
+    /// The choice of bright directions of the environment, with global illumination.
     pub bright_directions: Option<Arc<BrightDirections>>,
-    /// What glows, if light is traced.
+    /// What glows, with global illumination.
     pub emitters: Option<Arc<Emitters>>,
     /// The camera.
     pub camera: Camera<R>,
@@ -74,7 +74,7 @@ pub struct World<R> {
     pub reflects: bool,
     /// Whether it has to be asked at which angle rays hit, to trace them or to say what they may lack.
     pub angular: bool,
-    /// Whether light is traced between surfaces that scatter it and mirror or pass it as well, so that rays have several children.
+    /// Whether surfaces both scatter light and mirror or transmit it under global illumination, so that rays have several children.
     pub branches: bool,
     /// The effects that are on.
     pub effects: SceneEffects,
@@ -133,7 +133,7 @@ pub struct Rules {
     /// Whether surfaces gather what others scatter, if rays that leave them are followed.
     pub color_bleeding: bool,
     /// Whether rays bring all light that surfaces scatter and reflect, if rays that leave them are followed.
-    pub faithful: bool,
+    pub global_illumination: bool,
     /// Whether checkers are averaged over the footprints of rays.
     pub filter_checkers: bool,
     /// Trace all rays that the Standard Procedural Databases count, also those that add nothing: a reflected ray from every
@@ -149,8 +149,8 @@ impl Rules {
     }
 
     /// Whether rays bring all light that surfaces scatter and reflect.
-    pub fn traces_light(&self) -> bool {
-        self.faithful && self.max_depth > 1
+    pub fn has_global_illumination(&self) -> bool {
+        self.global_illumination && self.max_depth > 1
     }
 
     /// Sets the rules that depend on the ceiling.

@@ -16,7 +16,7 @@ pub(super) const ROWS: u32 = 128;
 
 /// The copies.
 #[derive(Debug)]
-pub(super) struct Sphere {
+pub(super) struct EnvironmentPyramid {
     levels: Vec<Level>,
 }
 
@@ -29,7 +29,7 @@ struct Level {
     bands: Vec<f64>,
 }
 
-impl Sphere {
+impl EnvironmentPyramid {
     /// Copies of an environment map.
     pub(super) fn new(environment: &Environment) -> Self {
         let [width, height] = environment.mipmap.size().map(|size| size as u32);
@@ -213,12 +213,12 @@ mod tests {
     #[test]
     fn sums_are_integrals_also_at_the_poles() {
         for (rows, height) in [(3, 40), (3, 200), (10, 200), (4, 128), (3, 1_000)] {
-            let sphere = Sphere::new(&lamp(rows, height));
-            let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
+            let pyramid = EnvironmentPyramid::new(&lamp(rows, height));
+            let all: f64 = pyramid.parts().map(|(_, angle, light)| angle * light.x).sum();
             let cap = 2.0 * 2.0 * PI * (1.0 - math::sin_cos(f64::from(rows) / f64::from(height) * PI).1);
             // The edge of the lamp is linear over a texel.
             assert!((all / cap - 1.0).abs() < 0.08, "{rows} of {height}: {all} for {cap}");
-            for (i, level) in sphere.levels.iter().enumerate() {
+            for (i, level) in pyramid.levels.iter().enumerate() {
                 let texels = level.texels.iter().enumerate();
                 let sum: f64 = texels.map(|(i, light)| light.x * level.bands[i / level.columns()]).sum();
                 let same = sum * 2.0 * PI / level.columns() as f64;
@@ -235,11 +235,11 @@ mod tests {
     #[test]
     fn lookups_neither_add_nor_lose_light() {
         for rows in [1, 3, 12] {
-            let sphere = Sphere::new(&lamp(rows, 256));
-            let all: f64 = sphere.parts().map(|(_, angle, light)| angle * light.x).sum();
+            let pyramid = EnvironmentPyramid::new(&lamp(rows, 256));
+            let all: f64 = pyramid.parts().map(|(_, angle, light)| angle * light.x).sum();
             for spread in [0.01, 0.05, 0.11, 0.3, 0.7] {
-                let lobe = sphere.lobe(spread);
-                let seen: f64 = sphere.parts().map(|(dir, angle, _)| angle * lobe.mean(&place(dir)).x).sum();
+                let lobe = pyramid.lobe(spread);
+                let seen: f64 = pyramid.parts().map(|(dir, angle, _)| angle * lobe.mean(&place(dir)).x).sum();
                 assert!((seen / all - 1.0).abs() < 0.2, "{rows} rows, {spread}: {seen} for {all}");
             }
         }

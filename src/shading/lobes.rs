@@ -2,7 +2,7 @@
 //! and a second GGX lobe of clearcoat over both.
 //!
 //! Highlights of lights have a closed form, so they need no sample. Rays are followed where a lobe is so narrow that one ray
-//! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`). Where light is traced, each lobe sends a
+//! stands for it; wider lobes are to see light from all around instead (`split_sum.rs`). With global illumination, each lobe sends a
 //! ray by a facet that it chooses.
 
 use super::microfacet::smith_g1;
@@ -45,7 +45,7 @@ pub struct Lobes<L: Lanes> {
     /// The share that is missing below because the surface has reflected it, at normal incidence and along it.
     lost: [L; 2],
     /// Whether rays bring light to each lobe.
-    traced: bool,
+    global_illumination: bool,
     /// Width of the facets' distribution.
     width: L,
     /// What the clearcoat reflects, and the factor on its highlights: its facets reflect on to each other, too.
@@ -80,7 +80,7 @@ pub struct Lobes<L: Lanes> {
     pub mirrored: u32,
     /// Width of the facets that rays choose among; 0 where a mirror ray stands for the lobe.
     pub facets: L,
-    /// What the clearcoat reflects by rays of its own: where light is traced, and where its normal is another.
+    /// What the clearcoat reflects by rays of its own: with global illumination, and where its normal is another.
     pub clearcoat_by_rays: L,
     /// Width of the facets of the clearcoat; 0 where it is a mirror.
     pub clearcoat_facets: L,
@@ -161,7 +161,7 @@ impl<L: Lanes> Lobes<L> {
     }
 
     /// The lobes of some lanes. `to_eye` is unit, `ns` the normal of the surface and `clearcoat_ns` that of the clearcoat, which differ
-    /// in the lanes of `apart`. `traced`: whether rays bring light to each lobe.
+    /// in the lanes of `apart`. `global_illumination`: whether rays bring light to each lobe.
     #[inline(always)]
     pub fn of(
         s: L::Simd,
@@ -171,7 +171,7 @@ impl<L: Lanes> Lobes<L> {
         ns: V3<L>,
         clearcoat_ns: V3<L>,
         apart: u32,
-        traced: bool,
+        global_illumination: bool,
     ) -> Self {
         let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let nothing = V3 { x: zero, y: zero, z: zero };
@@ -193,7 +193,7 @@ impl<L: Lanes> Lobes<L> {
         let diffuse = p.base_color * (other * (one - p.transmission));
         let passing = other * p.transmission;
 
-        let every = L::mask(s, if traced { L::ALL } else { 0 });
+        let every = L::mask(s, if global_illumination { L::ALL } else { 0 });
         let smooth = p.roughness.le(L::lit(s, MIRROR) - L::lit(s, 0.5 * MIRROR) * p.metallic) | every;
         let clearcoat_smooth = L::select(every, one, one - smoothstep(s, p.clearcoat_roughness, CLEARCOAT));
         let [a, b, facet] = reflected_share(s, cosine, p.roughness, lanes);
@@ -222,7 +222,7 @@ impl<L: Lanes> Lobes<L> {
         let ambient = scattered + blurred + V3 { x: clearcoat_blurred, y: clearcoat_blurred, z: clearcoat_blurred };
         let reflection = V3::select(smooth & !bright, color * (p.specular * other), nothing);
         let (mut reflection, mut gain, mut gain_metal) = (reflection, white, white);
-        if traced {
+        if global_illumination {
             // Rays choose among the facets that others do not hide (`trace/facets.rs`), so each stands for more of them. What
             // glass does not reflect passes, and does not get lost.
             let kept = white * p.transmission;
@@ -234,9 +234,9 @@ impl<L: Lanes> Lobes<L> {
         let along = gain_metal * metal + gain * (shiny * p.specular);
         let metal = [V3::select(smooth, at_normal, nothing), V3::select(smooth, along, nothing)];
         let apart = if apart == 0 { 0 } else { apart & clearcoat.gt(zero).bits() };
-        let mut clearcoat_by_rays = if traced { clearcoat } else { zero };
-        let mut clearcoat_mirror = if traced { zero } else { clearcoat * clearcoat_smooth };
-        if apart != 0 && !traced {
+        let mut clearcoat_by_rays = if global_illumination { clearcoat } else { zero };
+        let mut clearcoat_mirror = if global_illumination { zero } else { clearcoat * clearcoat_smooth };
+        if apart != 0 && !global_illumination {
             let mask = L::mask(s, apart);
             (clearcoat_by_rays, clearcoat_mirror) =
                 (L::select(mask, clearcoat_mirror, zero), L::select(mask, zero, clearcoat_mirror));
@@ -250,7 +250,7 @@ impl<L: Lanes> Lobes<L> {
             f0,
             f90,
             lost,
-            traced,
+            global_illumination,
             width: width.max(L::lit(s, NARROWEST)),
             clearcoat,
             clearcoat_gain: one / open_clearcoat,
@@ -304,7 +304,7 @@ impl<L: Lanes> Lobes<L> {
         let half = Half::new(s, to_light, to_eye);
         let grazing = fifth((one - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
         // What rays bring is scattered as light from all around is; else lights would depend on how they are found.
-        let kept = if self.traced { self.let_in } else { one - self.schlick(grazing) };
+        let kept = if self.global_illumination { self.let_in } else { one - self.schlick(grazing) };
         let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
         let highlight = half.highlight(s, ns, cosine, self.width);
         let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
@@ -382,7 +382,7 @@ impl<L: Lanes> Lobes<L> {
     pub fn scattered_of(&self, s: L::Simd, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
         let half = Half::new(s, to_light, to_eye);
         let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(L::lit(s, 0.0)));
-        let kept = if self.traced { self.let_in } else { L::lit(s, 1.0) - self.schlick(grazing) };
+        let kept = if self.global_illumination { self.let_in } else { L::lit(s, 1.0) - self.schlick(grazing) };
         self.diffuse * (kept * cosine)
     }
 

@@ -2,6 +2,7 @@
 
 pub mod bright_directions;
 pub mod emitters;
+mod environment_pyramid;
 pub mod fog;
 pub mod light;
 pub mod lobes;
@@ -12,7 +13,6 @@ pub mod optics;
 pub mod pbr;
 pub mod phong;
 pub mod spectrum;
-mod sphere;
 mod split_sum;
 pub mod surroundings;
 pub mod texture;

@@ -2,8 +2,8 @@
 //! Efficient Representation for Irradiance Environment Maps, 2001), what rough ones reflect by blurred pictures of the surroundings
 //! (Karis, Real Shading in Unreal Engine 4, 2013). Nothing in the scene hides any of it.
 
+use super::environment_pyramid::{EnvironmentPyramid, Lobe, Place, beside};
 use super::microfacet::{smith_g1, visible_facet};
-use super::sphere::{Lobe, Place, Sphere, beside};
 use super::texture::environment::{Environment, directions};
 use super::texture::mipmap::Mipmap;
 use crate::lanes::{Double, Lanes, Mask, Real, V3, dispatch};
@@ -31,7 +31,7 @@ pub struct Surroundings {
     /// The surroundings as they are.
     sharp: Environment,
     /// What blurred pictures are made of.
-    sphere: Sphere,
+    pyramid: EnvironmentPyramid,
     /// From hardly blurred to completely, those that a surface has asked for.
     blurred: [OnceLock<Environment>; BLURRED.len()],
 }
@@ -39,10 +39,10 @@ pub struct Surroundings {
 impl Surroundings {
     /// Those of an environment map, for surfaces of some roughnesses.
     pub fn new(environment: &Environment, roughnesses: &[RangeInclusive<f64>]) -> Self {
-        let sphere = Sphere::new(environment);
+        let pyramid = EnvironmentPyramid::new(environment);
         let most = environment.mipmap.brightest().map(|channel| channel * environment.intensity);
         let blurred = std::array::from_fn(|_| OnceLock::new());
-        let surroundings = Self { harmonics: harmonics(&sphere), most, sharp: environment.clone(), sphere, blurred };
+        let surroundings = Self { harmonics: harmonics(&pyramid), most, sharp: environment.clone(), pyramid, blurred };
         surroundings.prepare(roughnesses);
         surroundings
     }
@@ -52,7 +52,7 @@ impl Surroundings {
         let is_wanted =
             |i: &usize| self.blurred[*i].get().is_none() && roughnesses.iter().any(|range| is_seen(*i, range));
         let missing: Vec<usize> = (0..BLURRED.len()).filter(is_wanted).collect();
-        missing.into_par_iter().for_each(|i| _ = self.blurred[i].set(blurred(&self.sphere, i)));
+        missing.into_par_iter().for_each(|i| _ = self.blurred[i].set(blurred(&self.pyramid, i)));
     }
 
     /// Picture 0 is the sharp one.
@@ -60,7 +60,7 @@ impl Surroundings {
         match i.checked_sub(1) {
             Some(i) => self.blurred[i].get_or_init(
                 #[cold]
-                || blurred(&self.sphere, i),
+                || blurred(&self.pyramid, i),
             ),
             None => &self.sharp,
         }
@@ -74,7 +74,7 @@ impl Surroundings {
     /// Most bytes of memory it takes beside its environment: surfaces of more roughnesses may come.
     pub fn bytes(&self) -> usize {
         let blurred: u64 = BLURRED.iter().map(|(_, rows)| Mipmap::bytes_for(2 * rows, *rows, false)).sum();
-        blurred as usize + self.sphere.bytes()
+        blurred as usize + self.pyramid.bytes()
     }
 
     /// The light that a white surface with unit normals `n` scatters.
@@ -132,9 +132,9 @@ fn is_seen(i: usize, range: &RangeInclusive<f64>) -> bool {
     range.start() * (1.0 - ROUNDED) < above && range.end() * (1.0 + ROUNDED) > roughness_of(i)
 }
 
-fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
+fn harmonics(pyramid: &EnvironmentPyramid) -> [[f64; 3]; 9] {
     let mut sums = [Rgb::ZERO; 9];
-    for (n, angle, light) in sphere.parts() {
+    for (n, angle, light) in pyramid.parts() {
         let basis = [1.0, n.y, n.z, n.x, n.x * n.y, n.y * n.z, 3.0 * n.z * n.z - 1.0, n.x * n.z, n.x * n.x - n.y * n.y];
         for (sum, value) in sums.iter_mut().zip(basis) {
             *sum += light * (angle * value);
@@ -150,16 +150,16 @@ fn harmonics(sphere: &Sphere) -> [[f64; 3]; 9] {
 
 /// A blurred picture: what lobes of its roughness see in each direction, looked at head on. By one thread: in a pool, one that makes a
 /// picture for a ray might take up other work that waits for it.
-fn blurred(sphere: &Sphere, i: usize) -> Environment {
+fn blurred(pyramid: &EnvironmentPyramid, i: usize) -> Environment {
     let (_, rows) = BLURRED[i];
-    let texels = dispatch!(Level::new(), texels::<f64x8, f64>(sphere, i));
+    let texels = dispatch!(Level::new(), texels::<f64x8, f64>(pyramid, i));
     Environment { mipmap: Arc::new(Mipmap::new(2 * rows, rows, texels)), turn: 0.0, intensity: 1.0 }
 }
 
-/// A look of a lobe: its direction from the normal z, its weight, and its share of the lobe.
-type Look<'a> = (DVec3, f64, Lobe<'a>);
+/// A direction of a lobe: its direction from the normal z, its weight, and its share of the lobe.
+type LobeDirection<'a> = (DVec3, f64, Lobe<'a>);
 
-fn looks(sphere: &Sphere, roughness: f64) -> Vec<Look<'_>> {
+fn lobe_directions(pyramid: &EnvironmentPyramid, roughness: f64) -> Vec<LobeDirection<'_>> {
     let alpha = roughness * roughness;
     let up = V3 { x: 0.0, y: 0.0, z: 1.0 };
     (0..LOOKS)
@@ -173,17 +173,17 @@ fn looks(sphere: &Sphere, roughness: f64) -> Vec<Look<'_>> {
             let density = alpha * alpha / (4.0 * PI * spread * spread);
             let angle = (1.0 / (f64::from(LOOKS) * density)).sqrt().min(0.5);
             let dir = DVec3::new(out.x, out.y, out.z);
-            (out.z > 0.0).then(|| (dir, smith_g1((), up, out, alpha), sphere.lobe(angle)))
+            (out.z > 0.0).then(|| (dir, smith_g1((), up, out, alpha), pyramid.lobe(angle)))
         })
         .collect()
 }
 
-/// The texels of a blurred picture. Looks are added up in their order, so that lanes do not count.
-fn texels<W: Double>(s: W::Simd, sphere: &Sphere, i: usize) -> Vec<[f32; 3]> {
+/// The texels of a blurred picture. Directions are added up in their order, so that lanes do not count.
+fn texels<W: Double>(s: W::Simd, pyramid: &EnvironmentPyramid, i: usize) -> Vec<[f32; 3]> {
     let (roughness, rows) = BLURRED[i];
-    let looks = looks(sphere, roughness);
-    let outs: Vec<DVec3> = looks.iter().map(|(out, ..)| *out).collect();
-    let all: f64 = looks.iter().map(|(_, weight, _)| weight).sum();
+    let lobe = lobe_directions(pyramid, roughness);
+    let outs: Vec<DVec3> = lobe.iter().map(|(out, ..)| *out).collect();
+    let all: f64 = lobe.iter().map(|(_, weight, _)| weight).sum();
     let texel = |n: DVec3| {
         let (right, ahead) = n.any_orthonormal_pair();
         let mut light = Rgb::ZERO;
@@ -193,10 +193,10 @@ fn texels<W: Double>(s: W::Simd, sphere: &Sphere, i: usize) -> Vec<[f32; 3]> {
             || {
                 let (right, ahead) = (V3::<W>::splat(s, right.to_array()), V3::<W>::splat(s, ahead.to_array()));
                 let n = V3::<W>::splat(s, n.to_array());
-                for (outs, looks) in outs.chunks(W::COUNT).zip(looks.chunks(W::COUNT)) {
+                for (outs, part) in outs.chunks(W::COUNT).zip(lobe.chunks(W::COUNT)) {
                     let out = beside::<W>(s, outs);
                     let places = Place::of(s, right * out.x + ahead * out.y + n * out.z);
-                    for ((_, weight, lobe), place) in looks.iter().zip(places) {
+                    for ((_, weight, lobe), place) in part.iter().zip(places) {
                         light += lobe.mean(&place) * *weight;
                     }
                 }

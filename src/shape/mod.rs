@@ -12,10 +12,10 @@ mod frustum;
 mod plane;
 mod quartic;
 mod sides;
-#[cfg(test)]
-mod slow_torus;
 mod sphere;
 mod torus;
+#[cfg(test)]
+mod torus_test_twin;
 mod triangle;
 
 pub use cuboid::Cuboid;

@@ -9,7 +9,7 @@ use crate::shading::media::{Media, MediumList, OUTSIDE};
 
 /// Attenuation along rays.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way<L: Lanes> {
+pub(super) struct Attenuation<L: Lanes> {
     /// The share of light that passes.
     pub(super) transmittance: V3<L>,
     /// Radiance that fog adds.
@@ -17,43 +17,43 @@ pub(super) struct Way<L: Lanes> {
 }
 
 /// The attenuation of rays over a length, which is infinite where they hit nothing.
-pub(super) fn along<L: Lanes>(
+pub(super) fn attenuate<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
     rays: &RayPacket<L>,
     length: L,
-) -> Way<L> {
+) -> Attenuation<L> {
     L::vectorize(
         s,
         #[inline(always)]
-        || along_in(s, world, media, rays, length),
+        || attenuate_in(s, world, media, rays, length),
     )
 }
 
 #[inline(always)]
-fn along_in<L: Lanes>(
+fn attenuate_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
     rays: &RayPacket<L>,
     length: L,
-) -> Way<L> {
+) -> Attenuation<L> {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let black = V3 { x: zero, y: zero, z: zero };
-    let mut way = Way { transmittance: V3 { x: one, y: one, z: one }, added: black };
+    let mut attenuation = Attenuation { transmittance: V3 { x: one, y: one, z: one }, added: black };
     if world.effects.has(Effect::Absorption) {
         let sigma = absorption(s, world, media, rays.media, rays.active);
-        way.transmittance = remaining(s, depth(s, sigma, length));
+        attenuation.transmittance = beer_lambert(s, depth(s, sigma, length));
     }
     if let Some(fog) = &world.fog {
         let outside = rays.media.eq(L::Ids::splat(s, u64::from(OUTSIDE)));
         let depth = fog.optical_depth(s, rays.start().y, rays.dir.y, length);
         let depth = L::select(outside, depth, zero);
-        way.transmittance = way.transmittance * exp_minus(s, depth);
-        way.added = V3::splat(s, fog.color) * opacity(s, depth);
+        attenuation.transmittance = attenuation.transmittance * exp_minus(s, depth);
+        attenuation.added = V3::splat(s, fog.color) * opacity(s, depth);
     }
-    way
+    attenuation
 }
 
 /// sigma in the media `lists` of rays: that of the body that decides.
@@ -95,6 +95,6 @@ pub(super) fn depth<L: Lanes>(s: L::Simd, sigma: V3<L>, length: L) -> V3<L> {
 
 /// e^-depth.
 #[inline(always)]
-pub(super) fn remaining<L: Lanes>(s: L::Simd, depth: V3<L>) -> V3<L> {
+pub(super) fn beer_lambert<L: Lanes>(s: L::Simd, depth: V3<L>) -> V3<L> {
     V3 { x: exp_minus(s, depth.x), y: exp_minus(s, depth.y), z: exp_minus(s, depth.z) }
 }

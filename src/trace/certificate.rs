@@ -275,9 +275,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     #[inline(always)]
     pub(super) fn may_skip_light(&mut self, lit: L::Mask, added: V3<L>) -> L::Mask {
         let skipped_light = self.certificate.skipped_light + added.x.max(added.y).max(added.z);
-        let little = lit & skipped_light.le(self.certificate.skipped_light_limit);
-        self.certificate.skipped_light = L::select(little, skipped_light, self.certificate.skipped_light);
-        little
+        let negligible = lit & skipped_light.le(self.certificate.skipped_light_limit);
+        self.certificate.skipped_light = L::select(negligible, skipped_light, self.certificate.skipped_light);
+        negligible
     }
 
     /// Omits rays of some lanes.

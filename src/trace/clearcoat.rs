@@ -1,4 +1,4 @@
-//! The rays that clearcoat reflects by itself: where light is traced, since it has facets of its own, and where its normal is not that
+//! The rays that clearcoat reflects by itself: with global illumination, since it has facets of its own, and where its normal is not that
 //! of the surface below, which has another mirror ray.
 
 use super::distant_lights::CERTAIN;

@@ -1,4 +1,4 @@
-//! Color bleeding: one bounce of diffuse light between surfaces, or as many as rays follow where light is traced.
+//! Color bleeding: one bounce of diffuse light between surfaces, or, with global illumination, as many as rays follow.
 //!
 //! It replaces the ambient light of a surface by the mean of the incoming light. Each sample takes one direction, with a
 //! density proportional to the cosine: L = k_d (1/pi) integral L_i cos = k_d E[L_i]. The surfaces in these directions have
@@ -57,8 +57,8 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
     let cosine = (one - b).max(zero).sqrt();
     let dir = right * (x * reach) + up * (y * reach) + hits.ns * cosine;
     let above = dir.dot(hits.ng).gt(zero).bits();
-    let traced = tracer.world.effects.has(Effect::GlobalIllumination);
-    if traced {
+    let global_illumination = tracer.world.effects.has(Effect::GlobalIllumination);
+    if global_illumination {
         tracer.cones.chosen(cosine * L::lit(s, 1.0 / PI));
     }
     tracer.send(RayPacket {
@@ -71,7 +71,7 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
         depth: rays.depth + 1,
         kind: RayKind::Gathered,
         straight: false,
-        gathered: !traced,
+        gathered: !global_illumination,
         path: child(rays.path, RayKind::Gathered),
         dispersed: rays.dispersed,
         parent: number,

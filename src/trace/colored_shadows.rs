@@ -3,7 +3,7 @@
 //! The line is followed from surface to surface, as a camera ray without refraction. So its media follow the same rules, and
 //! the body that decides in a segment absorbs there, independently of the order of objects.
 
-use super::attenuation::{absorption, depth, remaining};
+use super::attenuation::{absorption, beer_lambert, depth};
 use super::hits::{Hits, MAX_CROSSINGS};
 use super::interface::interface;
 use crate::accel::Coherence;
@@ -14,7 +14,7 @@ use crate::shading::media::Media;
 
 /// The share of each channel that the bodies along shadow rays transmit. The rays start in the media `lists`, end at `t_max`
 /// and have directions of any length; `time` is their time, if anything moves.
-pub(super) fn left_by_bodies<L: Lanes>(
+pub(super) fn absorption_transmittance<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &mut Media<L::Real>,
@@ -66,5 +66,5 @@ fn walk<L: Lanes>(
         rays.dir = V3::select(ends, end - rays.origin, dir);
         rays.active = L::mask(s, hits.found);
     }
-    remaining(s, sum)
+    beer_lambert(s, sum)
 }

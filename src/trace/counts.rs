@@ -12,7 +12,7 @@ pub struct RayCounts {
     pub shadow: u64,
     pub reflected: u64,
     pub transmitted: u64,
-    /// Rays from diffuse surfaces, for color bleeding and for light that is traced.
+    /// Rays from diffuse surfaces, for color bleeding and global illumination.
     pub gathered: u64,
     /// Camera rays that hit something.
     #[serde(skip)]

@@ -1,11 +1,11 @@
-//! Directional lights with an angle, on lobes, where light is traced. A point of the disc finds wide lobes, and a ray of a narrow
+//! Directional lights with an angle, on lobes, with global illumination. A point of the disc finds wide lobes, and a ray of a narrow
 //! lobe finds the disc: each counts its share of what both may find, by the balance heuristic (`sampled_light.rs`). A highlight
 //! on a clearcoat would be speckled by points of the disc alone.
 
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
-use super::opacity::left_by_holes;
+use super::opacity::cutout_transmittance;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
@@ -27,10 +27,10 @@ pub(super) fn is_seen<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>) 
     is_traced && world.fog.is_none() && light.sky_disc().is_some()
 }
 
-/// The share of the light that a ray of a lobe would see where shadow rays go, of what has `passed`: such rays see nothing through
+/// The share of the light that a ray of a lobe would see where shadow rays go, of the share that has `passed`: such rays see nothing through
 /// bodies, clear as they may be, but for their holes.
 #[inline(never)]
-pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn lobe_ray_transmittance<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     shadow: Rays<L>,
     passed: V3<L>,
@@ -54,7 +54,7 @@ pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
             let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time.as_ref());
             if world.effects.has(Effect::Opacity) {
                 let active = active & left.x.gt(zero);
-                left = left.times(left_by_holes(s, world, blockers, Rays { active, ..shadow }, time));
+                left = left.times(cutout_transmittance(s, world, blockers, Rays { active, ..shadow }, time));
             }
             V3::select(active, left, passed)
         },
@@ -62,7 +62,7 @@ pub(super) fn in_sight<L: Lanes, O: Observer<L>, V: Variant>(
 }
 
 /// What surfaces reflect of a place of a light, of which all is `radiance`, without the share that the rays of lobes find. Of what has
-/// `passed` they see the part that is `in_sight`; the rest counts in full.
+/// `transmittance` they see the part that is `seen_by_lobes`; the rest counts in full.
 #[inline(never)]
 pub(super) fn mis_weighted<L: Lanes>(
     s: L::Simd,
@@ -72,7 +72,7 @@ pub(super) fn mis_weighted<L: Lanes>(
     hits: &Hits<L>,
     [diffuse, radiance]: [V3<L>; 2],
     lobes: &Lobes<L>,
-    [passed, in_sight]: [V3<L>; 2],
+    [transmittance, seen_by_lobes]: [V3<L>; 2],
 ) -> V3<L> {
     L::vectorize(
         s,
@@ -89,10 +89,10 @@ pub(super) fn mis_weighted<L: Lanes>(
             let shared = all.times(V3::splat(s, light.color)) * strength;
             // Rounding may leave a place of the rim beside the disc: then no ray finds it, and 0/0 would be its share.
             let found_by_both = L::mask(s, lobes.lanes) & density.gt(L::lit(s, 0.0));
-            let (hidden, zero) = (passed - in_sight, L::lit(s, 0.0));
+            let (hidden, zero) = (transmittance - seen_by_lobes, L::lit(s, 0.0));
             let hidden = V3 { x: hidden.x.max(zero), y: hidden.y.max(zero), z: hidden.z.max(zero) };
-            let of_both = shared.times(in_sight) + radiance.times(hidden);
-            V3::select(found_by_both, of_both, radiance.times(passed))
+            let of_both = shared.times(seen_by_lobes) + radiance.times(hidden);
+            V3::select(found_by_both, of_both, radiance.times(transmittance))
         },
     )
 }

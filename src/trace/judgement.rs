@@ -17,7 +17,7 @@ use crate::scene::world::Pruning;
 use crate::trace::variants::Variant;
 
 /// Rays that a proof seems to need, as a multiple of those it may have, until it is given up: the last ones often bring more.
-const HOPE: f64 = 2.0;
+const GIVE_UP_FACTOR: f64 = 2.0;
 /// Share of the rays of a group that may be followed before its proof must come nearer.
 const FREE_SHARE: f64 = 1.0 / 40.0;
 /// Deferred rays of a sample that stand for chains which do not branch.
@@ -36,8 +36,8 @@ pub(super) struct Checkpoint {
     omitted: f64,
 }
 
-/// How things stand with the samples of a batch.
-struct Standing {
+/// What is known of the samples of a batch so far.
+struct BatchState {
     light: [[f64; BATCH]; 3],
     omitted: [[f64; BATCH]; 3],
     rays: [f64; BATCH],
@@ -47,7 +47,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// Finds the groups that may be more than `max_codes` off, and that more rays may prove.
     #[inline(always)]
     pub(super) fn judge(&mut self, max_codes: u8, sum: &PixelSum<L>) {
-        let standing = self.standing(sum);
+        let state = self.state(sum);
         let background = if self.is_transparent() { Some(self.background_seen()) } else { None };
         let mut unproved = 0;
         let batch = self.proof.batch;
@@ -56,10 +56,10 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             let (mut light, mut omitted, mut rays) = ([0.0; 3], [0.0; 3], 0.0);
             for sample in lanes_of(group) {
                 for c in 0..3 {
-                    light[c] += share * standing.light[c][sample];
-                    omitted[c] += share * standing.omitted[c][sample];
+                    light[c] += share * state.light[c][sample];
+                    omitted[c] += share * state.omitted[c][sample];
                 }
-                rays += standing.rays[sample];
+                rays += state.rays[sample];
             }
             let of_group = |all: &[f64; BATCH]| lanes_of(group).map(|sample| share * all[sample]).sum::<f64>();
             let seen = background.as_ref().map(|background| background.each_ref().map(of_group));
@@ -147,27 +147,29 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             }
         };
         let excess = excess.max(unseen / (self.width(group, max_codes).unwrap_or(1.0) * alpha_allowed(max_codes)));
-        before.rays == 0.0 || skipped > 0.5 * omitted || rays * pow(excess, 1.0 / rate.max(1e-3)) <= HOPE * most_rays
+        before.rays == 0.0
+            || skipped > 0.5 * omitted
+            || rays * pow(excess, 1.0 / rate.max(1e-3)) <= GIVE_UP_FACTOR * most_rays
     }
 
-    /// How things stand with all samples.
+    /// What is known of all samples so far.
     #[inline(always)]
-    fn standing(&self, sum: &PixelSum<L>) -> Standing {
+    fn state(&self, sum: &PixelSum<L>) -> BatchState {
         let black = [[0.0; BATCH]; 3];
-        let mut standing = Standing { light: black, omitted: black, rays: [0.0; BATCH] };
+        let mut state = BatchState { light: black, omitted: black, rays: [0.0; BATCH] };
         for packet in 0..self.proof.packets() {
             let is_at_work = packet == self.proof.packet;
             let sum = if is_at_work { sum } else { &self.proof.waiting[packet].sum };
             let certificate = self.certificate_of(packet);
             let first = packet * L::COUNT;
-            sum.store(&mut standing.light, first);
+            sum.store(&mut state.light, first);
             let omitted = self.with_deferred(certificate);
-            for (omitted, channel) in standing.omitted.iter_mut().zip([omitted.x, omitted.y, omitted.z]) {
+            for (omitted, channel) in state.omitted.iter_mut().zip([omitted.x, omitted.y, omitted.z]) {
                 store(channel, omitted, first);
             }
-            store(certificate.rays, &mut standing.rays, first);
+            store(certificate.rays, &mut state.rays, first);
         }
-        standing
+        state
     }
 
     /// R and what the deferred rays of a packet can bring.
@@ -251,8 +253,8 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
             self.s,
             #[inline(always)]
             || {
-                let standing = self.standing(sum);
-                (brought.light, brought.omitted) = (standing.light, standing.omitted);
+                let state = self.state(sum);
+                (brought.light, brought.omitted) = (state.light, state.omitted);
                 if self.is_transparent() {
                     self.store_unseen(&mut brought.unseen);
                 }
@@ -262,7 +264,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                     let lacks_background = self.is_transparent() && brought.unseen[sample] > 0.0;
                     if lacks_background || (0..3).any(|c| brought.omitted[c][sample] > 0.0) {
                         brought.incomplete |= 1 << sample;
-                        brought.rounding[sample] = self.rounding(standing.rays[sample]);
+                        brought.rounding[sample] = self.rounding(state.rays[sample]);
                     }
                 }
             },

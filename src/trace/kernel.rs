@@ -1,11 +1,11 @@
 //! Whitted's recursion as a loop over packets of rays on an explicit stack: depth takes memory, but not the thread's stack.
 //!
 //! A lane does not depend on the others: every operation is lane by lane, of surfaces at the same distance the one written
-//! first wins, and the rays of each lane are followed in depth-first order: what is scattered, where light is traced, then
+//! first wins, and the rays of each lane are followed in depth-first order: what is scattered (with global illumination), then
 //! transmitted and reflected ones. So the value of a pixel depends neither on the packet it is traced in nor on the width of a
 //! packet.
 
-use super::attenuation::along;
+use super::attenuation::attenuate;
 use super::batch::SamplePacket;
 use super::certificate::Certificate;
 use super::clearcoat::scatter_clearcoat;
@@ -17,7 +17,7 @@ use super::footprint::footprints;
 use super::hits::Hits;
 use super::lighting::illuminate;
 use super::observer::Observer;
-use super::opacity::go_on;
+use super::opacity::continue_through;
 use super::pbr::lobes_of;
 use super::pixel_sum::PixelSum;
 use super::proof::{BatchProof, thresholds};
@@ -27,7 +27,7 @@ use super::roulette::Roulette;
 use super::sampled_light::{emission_mis_weight, environment_mis_weight, sample_direct_light};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
-use super::shadow_catcher::caught;
+use super::shadow_catcher::shadow_catcher_opacity;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
 use crate::accel::Nearest;
@@ -291,9 +291,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let faded;
         let rays = if V::DETAILS && self.world.effects.fade() {
-            let way = along(s, self.world, &self.media, rays, hits.t - rays.t_min);
-            own = rays.weight.times(way.added);
-            faded = RayPacket { weight: rays.weight.times(way.transmittance), ..*rays };
+            let attenuation = attenuate(s, self.world, &self.media, rays, hits.t - rays.t_min);
+            own = rays.weight.times(attenuation.added);
+            faded = RayPacket { weight: rays.weight.times(attenuation.transmittance), ..*rays };
             &faded
         } else {
             rays
@@ -356,9 +356,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = V3::select(L::mask(s, apart), V3::splat(s, [L::Real::from_f64(0.0); 3]), own);
                 let mut opacity = lobes.opacity;
                 if self.world.effects.has(Effect::ShadowCatcher) {
-                    opacity = caught(self, rays, hits, opacity, lobes.occlusion);
+                    opacity = shadow_catcher_opacity(self, rays, hits, opacity, lobes.occlusion);
                 }
-                go_on(self, rays, hits, opacity, lobes.lanes, number);
+                continue_through(self, rays, hits, opacity, lobes.lanes, number);
                 if hits.found == 0 {
                     return;
                 }
@@ -392,20 +392,20 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         }
         let lobes = lobes.as_ref();
         illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
-        let traced = V::DETAILS && self.world.effects.has(Effect::GlobalIllumination);
+        let global_illumination = V::DETAILS && self.world.effects.has(Effect::GlobalIllumination);
         let of_surface = self.cones.next;
         if V::DETAILS {
-            if !traced && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
+            if !global_illumination && self.world.effects.has(Effect::ColorBleeding) && !rays.gathered {
                 scatter_diffuse(self, rays, hits, &coefficients, number);
             }
             if let Some(lobes) = lobes
-                && (traced || lobes.apart != 0)
+                && (global_illumination || lobes.apart != 0)
             {
                 scatter_clearcoat(self, rays, hits, lobes, number);
             }
         }
         let reflected = scatter(self, rays, hits, &coefficients, lobes, number);
-        if traced {
+        if global_illumination {
             self.cones.next = of_surface;
             if let Some(lobes) = lobes {
                 // What a sample's facet does not reflect gets below.

@@ -1,11 +1,11 @@
 //! L_Phong: ambient light, and for each light a shadow ray and Phong's model.
 
-use super::colored_shadows::left_by_bodies;
-use super::distant_lights::{in_sight, is_seen, mis_weighted};
+use super::colored_shadows::absorption_transmittance;
+use super::distant_lights::{is_seen, lobe_ray_transmittance, mis_weighted};
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
-use super::opacity::left_by_holes;
+use super::opacity::cutout_transmittance;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
@@ -105,7 +105,7 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
         let mut soft = None;
         if V::DETAILS
             && let (Some((area, square)), Some(lobes)) = (chosen, lobes)
-            && !finds(world, light, rays)
+            && !lobe_rays_reach(world, light, rays)
             && !brings_scattered_light(rays)
         {
             soft = SoftHighlights::find(s, light, area, rays, hits, lobes, (&place, arrival.to_light), square);
@@ -140,38 +140,40 @@ fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
             radiance = V3::select(L::mask(s, lobes.lanes), of_lobes, radiance);
         }
         let added = rays.weight.times(radiance);
-        let little = little(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
-        if little.any() {
-            tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
-            tracer.record_omitted_light(little, added);
+        let negligible = is_negligible(tracer, lit, added, light, arrival.strength) & !L::mask(s, spd);
+        if negligible.any() {
+            tracer.counts.shadow_skipped += u64::from(negligible.bits().count_ones());
+            tracer.record_omitted_light(negligible, added);
         }
-        let lit = lit & !little;
+        let lit = lit & !negligible;
         let cast = lit | (facing & L::mask(s, spd));
         if !cast.any() {
             continue;
         }
-        let Way { origin, passed, cast } = left_of(tracer, index, &place, facet_cosine, smooth, cast, rays, hits);
-        let mut arrived = radiance.times(passed);
+        let ShadowResult { origin, transmittance, cast } =
+            cast_shadow_rays(tracer, index, &place, facet_cosine, smooth, cast, rays, hits);
+        let mut arrived = radiance.times(transmittance);
         if V::DETAILS
             && let Some(lobes) = lobes
-            && finds(world, light, rays)
+            && lobe_rays_reach(world, light, rays)
         {
             let shadow = shadow_rays(s, &place, origin, cast & L::mask(s, lobes.lanes));
-            let passed = [passed, in_sight(tracer, shadow, passed, rays, hits)];
-            arrived = mis_weighted(s, light, &place, rays, hits, [coefficients.diffuse, radiance], lobes, passed);
+            let transmittance = [transmittance, lobe_ray_transmittance(tracer, shadow, transmittance, rays, hits)];
+            arrived =
+                mis_weighted(s, light, &place, rays, hits, [coefficients.diffuse, radiance], lobes, transmittance);
         }
         let radiance = tracer.bounded(rays.weight.times(arrived));
         sum.add(s, lit.bits(), radiance);
         if O::WATCHING {
             let added = V3::select(lit, radiance, V3 { x: zero, y: zero, z: zero });
-            tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
+            tracer.observer.shadow(number, index, origin, arrival.to_light, transmittance, added);
         }
     }
 }
 
 /// Whether rays that leave from what `rays` hit find a light themselves.
 #[inline(always)]
-fn finds<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>, rays: &RayPacket<L>) -> bool {
+fn lobe_rays_reach<L: Lanes>(world: &World<L::Real>, light: &Light<L::Real>, rays: &RayPacket<L>) -> bool {
     rays.depth < world.rules.max_depth && is_seen::<L>(world, light)
 }
 
@@ -181,19 +183,19 @@ fn brings_scattered_light<L: Lanes>(rays: &RayPacket<L>) -> bool {
     rays.gathered || rays.kind == RayKind::Gathered
 }
 
-/// The way from a surface to a place of a light.
-pub(super) struct Way<L: Lanes> {
+/// Shadow rays from a surface to a place of a light, and what they found.
+pub(super) struct ShadowResult<L: Lanes> {
     /// Where shadow rays start.
     pub(super) origin: V3<L>,
     /// The share of each channel that arrives.
-    pub(super) passed: V3<L>,
+    pub(super) transmittance: V3<L>,
     /// The lanes whose shadow rays were traced.
     pub(super) cast: L::Mask,
 }
 
-/// What arrives of the light from a place, in the lanes of `cast`. `facet_cosine` is that between the place and the facet.
+/// Casts shadow rays to a place of a light, in the lanes of `cast`. `facet_cosine` is that between the place and the facet.
 #[inline(always)]
-pub(super) fn left_of<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn cast_shadow_rays<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     light: usize,
     place: &Place<L>,
@@ -202,12 +204,12 @@ pub(super) fn left_of<L: Lanes, O: Observer<L>, V: Variant>(
     mut cast: L::Mask,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
-) -> Way<L> {
+) -> ShadowResult<L> {
     let (s, world) = (tracer.s, tracer.world);
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let on_facets = smooth & cast.bits() == 0;
     let origin = if on_facets { hits.surface.leave(hits.ng) } else { from_curve(s, hits, facet_cosine, smooth) };
-    let mut passed = V3 { x: one, y: one, z: one };
+    let mut transmittance = V3 { x: one, y: one, z: one };
     if V::DETAILS
         && world.lights[light].area.is_some()
         && world.rules.shadows.is_some()
@@ -217,7 +219,7 @@ pub(super) fn left_of<L: Lanes, O: Observer<L>, V: Variant>(
         // From outside, where the light does not graze the surface.
         let outside = (hits.entering ^ hits.hollow) | !hits.closed;
         let open = open & outside & !smooth & facet_cosine.gt(L::lit(s, CLEARLY)).bits();
-        passed = V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, passed);
+        transmittance = V3::select(L::mask(s, blocked), V3 { x: zero, y: zero, z: zero }, transmittance);
         cast = cast & !L::mask(s, open | blocked);
     }
     if let Some(blockers) = world.rules.shadows
@@ -226,14 +228,14 @@ pub(super) fn left_of<L: Lanes, O: Observer<L>, V: Variant>(
         tracer.counts.shadow += u64::from(cast.bits().count_ones());
         tracer.count_lanes(cast.bits(), 0);
         let shadow = shadow_rays(s, place, origin, cast);
-        passed = V3::select(cast, left_on_the_way(tracer, blockers, shadow, rays, hits), passed);
+        transmittance = V3::select(cast, shadow_transmittance(tracer, blockers, shadow, rays, hits), transmittance);
     }
-    Way { origin, passed, cast }
+    ShadowResult { origin, transmittance, cast }
 }
 
 /// The share of each channel that arrives along shadow rays from what `rays` hit.
 #[inline(always)]
-pub(super) fn left_on_the_way<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn shadow_transmittance<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     blockers: Blockers,
     shadow: Rays<L>,
@@ -245,11 +247,18 @@ pub(super) fn left_on_the_way<L: Lanes, O: Observer<L>, V: Variant>(
     let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time.as_ref());
     if V::DETAILS && world.effects.has(Effect::Opacity) {
         let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
-        left = left.times(left_by_holes(s, world, blockers, Rays { active, ..shadow }, time));
+        left = left.times(cutout_transmittance(s, world, blockers, Rays { active, ..shadow }, time));
     }
     if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
         let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
-        left = left.times(left_by_bodies(s, world, &mut tracer.media, Rays { active, ..shadow }, rays.media, time));
+        left = left.times(absorption_transmittance(
+            s,
+            world,
+            &mut tracer.media,
+            Rays { active, ..shadow },
+            rays.media,
+            time,
+        ));
     }
     left
 }
@@ -258,7 +267,7 @@ pub(super) fn left_on_the_way<L: Lanes, O: Observer<L>, V: Variant>(
 /// quarter of the smallest weight followed, as a share of that light, or of 1 if it is brighter; or what the proof of a
 /// pixel can do without.
 #[inline(always)]
-pub(super) fn little<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn is_negligible<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     lit: L::Mask,
     added: V3<L>,

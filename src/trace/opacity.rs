@@ -18,7 +18,7 @@ const LONGEST_STEP: f64 = 1.0 / 1_024.0;
 
 /// Stacks the rays that go on where surfaces are only partly there, and forgets the hits where nothing is there.
 #[inline(never)]
-pub(super) fn go_on<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn continue_through<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &mut Hits<L>,
@@ -76,7 +76,7 @@ pub(super) fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
 /// The share of each channel that passes the surfaces along shadow rays which are only partly there. The rays end at `t_max`
 /// and have directions of any length; what blocks them has been looked for.
 #[inline(never)]
-pub(super) fn left_by_holes<L: Lanes>(
+pub(super) fn cutout_transmittance<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     blockers: Blockers,

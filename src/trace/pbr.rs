@@ -37,7 +37,7 @@ pub(super) fn lobes_of<L: Lanes>(
                 *number = column.lanes::<L>(s);
             }
             let parameters = Parameters::of_numbers(numbers);
-            let traced = world.effects.has(Effect::GlobalIllumination);
+            let global_illumination = world.effects.has(Effect::GlobalIllumination);
             let (mut apart, mut clearcoat_ns) = (0, hits.ns);
             if world.effects.has(Effect::NormalMapping) {
                 // Within a body its surface alone says what stays inside: total reflection loses nothing to clearcoat that leans.
@@ -45,7 +45,7 @@ pub(super) fn lobes_of<L: Lanes>(
                 apart = !clearcoat.eq(hits.ns).bits() & lanes & !inside;
                 clearcoat_ns = V3::select(L::mask(s, apart), clearcoat, hits.ns);
             }
-            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, clearcoat_ns, apart, traced);
+            let lobes = Lobes::of(s, &parameters, lanes, -rays.dir, hits.ns, clearcoat_ns, apart, global_illumination);
             let mask = L::mask(s, lanes);
             let c = coefficients;
             c.ambient = V3::select(mask, lobes.ambient, c.ambient);

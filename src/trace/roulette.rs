@@ -1,4 +1,4 @@
-//! Russian roulette (Arvo and Kirk, Particle Transport and Image Synthesis, 1990), where light is traced between surfaces that scatter,
+//! Russian roulette (Arvo and Kirk, Particle Transport and Image Synthesis, 1990), for global illumination between surfaces that scatter,
 //! mirror and pass it: a ray has several children there, and a white room would have more rays than anybody can wait for.
 //!
 //! Beyond the first surface a child is followed as often as its share q of its parent's weight says, and then counts 1/q of it. In the

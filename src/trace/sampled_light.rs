@@ -9,7 +9,7 @@ use super::hits::Hits;
 use super::kernel::Tracer;
 use super::lighting::SHADOW_SHARE;
 use super::observer::Observer;
-use super::opacity::left_by_holes;
+use super::opacity::cutout_transmittance;
 use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use super::variants::Variant;
@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 const WAY: f64 = 1.0 - 1.0 / 1024.0;
 
 /// A direction for each lane from which light may come.
-struct Chosen<L: Lanes> {
+struct LightSample<L: Lanes> {
     dir: V3<L>,
     /// How far the light is.
     distance: L,
@@ -62,12 +62,12 @@ pub(super) fn sample_direct_light<L: Lanes, O: Observer<L>, V: Variant>(
             if let Some(bright) = &world.bright_directions {
                 let square = tracer.sampler.square(s, rays.path, Choice::Surroundings);
                 let chosen = direction(s, bright, square, hits.found);
-                light = light + arriving(tracer, rays, hits, coefficients, lobes, &chosen);
+                light = light + direct_light(tracer, rays, hits, coefficients, lobes, &chosen);
             }
             if let Some(emitters) = &world.emitters {
                 let square = tracer.sampler.square(s, rays.path, Choice::Emitter);
                 let chosen = point(s, emitters, hits.surface.point, square, hits.found);
-                light = light + arriving(tracer, rays, hits, coefficients, lobes, &chosen);
+                light = light + direct_light(tracer, rays, hits, coefficients, lobes, &chosen);
             }
             light
         },
@@ -78,9 +78,9 @@ pub(super) fn sample_direct_light<L: Lanes, O: Observer<L>, V: Variant>(
 type Numbers<L> = [[<L as Lanes>::Real; MAX_LANES]; 8];
 
 #[inline(always)]
-fn of_numbers<L: Lanes>(s: L::Simd, numbers: &Numbers<L>) -> Chosen<L> {
+fn of_numbers<L: Lanes>(s: L::Simd, numbers: &Numbers<L>) -> LightSample<L> {
     let [x, y, z, distance, density, red, green, blue] = numbers.each_ref();
-    Chosen {
+    LightSample {
         dir: V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) },
         distance: L::load(s, distance),
         density: L::load(s, density),
@@ -97,7 +97,7 @@ fn put<L: Lanes>(numbers: &mut Numbers<L>, lane: usize, of_lane: [f64; 8]) {
 
 /// Directions of the surroundings for points of the unit square.
 #[inline(always)]
-fn direction<L: Lanes>(s: L::Simd, bright: &BrightDirections, [a, b]: [L; 2], lanes: u32) -> Chosen<L> {
+fn direction<L: Lanes>(s: L::Simd, bright: &BrightDirections, [a, b]: [L; 2], lanes: u32) -> LightSample<L> {
     let mut numbers: Numbers<L> = [[L::Real::default(); MAX_LANES]; 8];
     for lane in lanes_of(lanes) {
         let chosen = bright.choose([a.lane(lane).to_f64(), b.lane(lane).to_f64()]);
@@ -109,7 +109,7 @@ fn direction<L: Lanes>(s: L::Simd, bright: &BrightDirections, [a, b]: [L; 2], la
 
 /// Points of what glows.
 #[inline(always)]
-fn point<L: Lanes>(s: L::Simd, emitters: &Emitters, from: V3<L>, [a, b]: [L; 2], lanes: u32) -> Chosen<L> {
+fn point<L: Lanes>(s: L::Simd, emitters: &Emitters, from: V3<L>, [a, b]: [L; 2], lanes: u32) -> LightSample<L> {
     let mut numbers: Numbers<L> = [[L::Real::default(); MAX_LANES]; 8];
     for lane in lanes_of(lanes) {
         let place = DVec3::from_array(from.lane(lane).map(Real::to_f64));
@@ -122,13 +122,13 @@ fn point<L: Lanes>(s: L::Simd, emitters: &Emitters, from: V3<L>, [a, b]: [L; 2],
 
 /// What surfaces send to the rays of the light from some directions, if nothing is in its way.
 #[inline(always)]
-fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
+fn direct_light<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
     coefficients: &Coefficients<L>,
     lobes: Option<&Lobes<L>>,
-    chosen: &Chosen<L>,
+    chosen: &LightSample<L>,
 ) -> V3<L> {
     let (s, world) = (tracer.s, tracer.world);
     let (zero, over_pi) = (L::lit(s, 0.0), L::lit(s, 1.0 / PI));
@@ -155,15 +155,15 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
     // Against the eye there is no facet between: a lobe is infinite there, and its share none.
     let finite = L::lit(s, f64::INFINITY);
     let lit = lit & most.gt(zero) & added.x.lt(finite) & added.y.lt(finite) & added.z.lt(finite);
-    let little = match tracer.pruning {
+    let negligible = match tracer.pruning {
         Pruning::Proved { .. } => tracer.may_skip_light(lit, added),
         Pruning::Weight(_) => lit & !most.ge(tracer.certificate.min_weight * L::lit(s, SHADOW_SHARE)),
     };
-    if little.any() {
-        tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
-        tracer.record_omitted_light(little, added);
+    if negligible.any() {
+        tracer.counts.shadow_skipped += u64::from(negligible.bits().count_ones());
+        tracer.record_omitted_light(negligible, added);
     }
-    let lit = lit & !little;
+    let lit = lit & !negligible;
     if !lit.any() {
         return black;
     }
@@ -178,7 +178,7 @@ fn arriving<L: Lanes, O: Observer<L>, V: Variant>(
     let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
     if has_holes {
         let open = lit & left.x.max(left.y).max(left.z).gt(zero);
-        left = left.times(left_by_holes(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
+        left = left.times(cutout_transmittance(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
     }
     V3::select(lit, added.times(left), black)
 }

@@ -3,7 +3,7 @@
 
 use super::hits::Hits;
 use super::kernel::Tracer;
-use super::lighting::{left_on_the_way, shadow_rays};
+use super::lighting::{shadow_rays, shadow_transmittance};
 use super::observer::Observer;
 use super::ray_packet::RayPacket;
 use super::sampling::Choice;
@@ -14,7 +14,7 @@ use crate::scene::world::World;
 
 /// How much of each surface is there: of those that catch shadows `shown` times the hidden share of the light, of others `opacity`.
 #[inline(never)]
-pub(super) fn caught<L: Lanes, O: Observer<L>, V: Variant>(
+pub(super) fn shadow_catcher_opacity<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
     rays: &RayPacket<L>,
     hits: &Hits<L>,
@@ -63,7 +63,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         tracer.counts.shadow += u64::from(lit.bits().count_ones());
         tracer.count_lanes(lit.bits(), 0);
         let shadow = shadow_rays(s, &place, from, lit);
-        let left = left_on_the_way(tracer, blockers, shadow, rays, hits);
+        let left = shadow_transmittance(tracer, blockers, shadow, rays, hits);
         let [red, green, blue] = light.color.map(Real::to_f64);
         let brightness = cosine * arrival.strength * L::lit(s, red + green + blue);
         let seen = sum(left) * L::lit(s, 1.0 / 3.0);
@@ -71,12 +71,12 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         arrived = L::select(lit, arrived + brightness * seen, arrived);
     }
     let hidden = L::select(all.gt(zero), one - arrived / all, zero).max(zero).min(one);
-    L::select(L::mask(s, lanes), hidden * shown * left_by_edges(s, world, hits, lanes), opacity)
+    L::select(L::mask(s, lanes), hidden * shown * edge_fade(s, world, hits, lanes), opacity)
 }
 
 /// How much the borders of the picture, in which shadows fade, leave of them.
 #[inline(always)]
-fn left_by_edges<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>, lanes: u32) -> L {
+fn edge_fade<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hits<L>, lanes: u32) -> L {
     let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
     let Some(edges) = &world.edges else { return one };
     let inside = edges.inside(s, hits.surface.point);

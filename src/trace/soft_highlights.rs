@@ -2,12 +2,12 @@
 //! once in many samples, and then all of it at once: speckles. So a facet of the lobe looks for the light, too, and what both may find
 //! is shared by the balance heuristic, as in `sampled_light.rs`. No ray is followed: the light is met by arithmetic.
 //!
-//! Rays that bring scattered light are lit by places of the area alone: what they would see are caustics. Where light is traced, rays
+//! Rays that bring scattered light are lit by places of the area alone: what they would see are caustics. With global illumination, rays
 //! of lobes find suns in the sky by themselves (`distant_lights.rs`), and these are left out here.
 
 use super::hits::Hits;
 use super::kernel::Tracer;
-use super::lighting::{Way, left_of, little};
+use super::lighting::{ShadowResult, cast_shadow_rays, is_negligible};
 use super::observer::Observer;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
@@ -115,22 +115,22 @@ impl<L: Lanes> SoftHighlights<L> {
                     if !lit.any() {
                         continue;
                     }
-                    let little = little(tracer, lit, added, light, arrival.strength);
-                    if little.any() {
-                        tracer.counts.shadow_skipped += u64::from(little.bits().count_ones());
-                        tracer.record_omitted_light(little, added);
+                    let negligible = is_negligible(tracer, lit, added, light, arrival.strength);
+                    if negligible.any() {
+                        tracer.counts.shadow_skipped += u64::from(negligible.bits().count_ones());
+                        tracer.record_omitted_light(negligible, added);
                     }
-                    let lit = lit & !little;
+                    let lit = lit & !negligible;
                     if !lit.any() {
                         continue;
                     }
-                    let Way { origin, passed, .. } =
-                        left_of(tracer, index, place, facet_cosine, hits.smooth, lit, rays, hits);
-                    let added = tracer.bounded(added.times(passed));
+                    let ShadowResult { origin, transmittance, .. } =
+                        cast_shadow_rays(tracer, index, place, facet_cosine, hits.smooth, lit, rays, hits);
+                    let added = tracer.bounded(added.times(transmittance));
                     sum.add(s, lit.bits(), added);
                     if O::WATCHING {
                         let added = V3::select(lit, added, V3 { x: zero, y: zero, z: zero });
-                        tracer.observer.shadow(number, index, origin, arrival.to_light, passed, added);
+                        tracer.observer.shadow(number, index, origin, arrival.to_light, transmittance, added);
                     }
                 }
             },

@@ -22,10 +22,10 @@ mod metrics {
 }
 mod models {
     mod bounds;
+    mod default_look;
     mod exporters;
     mod files;
     mod forbidden;
-    mod look;
     mod materials;
     mod pictures;
     mod refusals;
@@ -51,8 +51,8 @@ mod reference {
     mod random_scenes;
 }
 mod render {
+    mod adaptive_sampling;
     mod confidence;
-    mod doubling;
     mod golden;
     mod layers;
     mod measured;

@@ -3,9 +3,9 @@
 use super::capability::Signers;
 use super::rate_limit::RateLimit;
 use super::tenant::{Quotas, Scope, Tenant, TenantWebhook};
-use crate::service::ANONYMOUS;
 use crate::service::deliveries::receiver::read_url;
 use crate::service::deliveries::signature::Secret;
+use crate::service::{ANONYMOUS, is_tenant_name};
 use data_encoding::{BASE32_NOPAD, HEXLOWER};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -169,10 +169,9 @@ fn reader(name: &str, entry: &TenantEntry, before: Option<&Tenant>) -> Result<Te
     })
 }
 
-/// Names are parts of keys and URLs, so they must not contain the characters between those parts.
+/// Ids of keys are like names of tenants.
 fn check_name(what: &str, name: &str) -> Result<(), String> {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-';
-    if (1..=64).contains(&name.len()) && name.bytes().all(plain) {
+    if is_tenant_name(name) {
         Ok(())
     } else {
         Err(format!("the {what} \"{name}\" must have 1 to 64 letters, digits and -"))

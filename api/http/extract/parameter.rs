@@ -1,10 +1,10 @@
 //! Parameters as the contract has them: their names, and the values that they take.
 
 use serde_json::{Value, json};
-use strahl::models::Which;
+use strahl::enum_names::list;
+use strahl::models::NameOrIndex;
 use strahl::scene::description::{Accuracy, FilmBackground};
 use strahl::scene::model::View;
-use strahl::words::list;
 
 /// A parameter, for the contract.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ pub(super) enum Values {
     Background,
     Sheet,
     /// A number from 0, or a name.
-    Which,
+    NameOrIndex,
 }
 
 /// The largest whole number that the contract's format int64 holds.
@@ -59,7 +59,7 @@ impl Parameter {
     pub(crate) fn schema(&self) -> Value {
         match &self.values {
             Values::Text => json!({ "type": "string" }),
-            Values::Which => json!({ "type": "string", "minLength": 1, "maxLength": 62 }),
+            Values::NameOrIndex => json!({ "type": "string", "minLength": 1, "maxLength": 62 }),
             Values::Texts => json!({ "type": "array", "items": { "type": "string" } }),
             Values::Flag => json!({ "type": "boolean" }),
             Values::Whole(least, MAX_PIXELS, _) => json!({ "type": "integer", "format": "int32", "minimum": least }),
@@ -105,7 +105,7 @@ impl Values {
             Self::View => View::WRITTEN.into(),
             Self::Sheet => "columns and rows, as 6x6".into(),
             Self::Background => FilmBackground::WRITTEN.into(),
-            Self::Which => Which::WRITTEN.into(),
+            Self::NameOrIndex => NameOrIndex::WRITTEN.into(),
         }
     }
 }

@@ -7,10 +7,10 @@ use crate::http::problem::Problem;
 use crate::service::scenes::ids::MAX_ZOOM;
 use crate::service::values::point;
 use axum::http::HeaderMap;
+use strahl::enum_names::words;
 use strahl::film::animation::AnimationFormat;
 use strahl::film::{FileFormat, PictureFormat, Region};
 use strahl::render::Layers;
-use strahl::words::words;
 
 /// The format of a picture in a query.
 #[derive(Debug, Clone, Copy)]

@@ -8,9 +8,9 @@ use axum::http::Uri;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
+use strahl::enum_names::{choice, words};
 use strahl::scene::limits::Limit;
 use strahl::scene::problem::{did_you_mean, push_token};
-use strahl::words::{choice, words};
 
 /// The parameters of a request, taken out one by one.
 #[derive(Debug, Default)]

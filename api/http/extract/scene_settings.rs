@@ -2,7 +2,7 @@
 
 use super::parameter::Values;
 use super::query::Query;
-use strahl::models::Which;
+use strahl::models::NameOrIndex;
 use strahl::scene::description::{Fidelity, Precision};
 use strahl::scene::limits;
 use strahl::scene::model::ModelOptions;
@@ -118,7 +118,7 @@ impl Query {
     }
 
     /// One of several things of a model's file.
-    fn which(&mut self, name: &'static str, about: &'static str) -> Option<Which> {
-        self.take(name, about, Values::Which, |text| text.parse().ok())
+    fn which(&mut self, name: &'static str, about: &'static str) -> Option<NameOrIndex> {
+        self.take(name, about, Values::NameOrIndex, |text| text.parse().ok())
     }
 }

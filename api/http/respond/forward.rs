@@ -43,10 +43,10 @@ struct Head {
 
 /// Marks a request that comes from another front, which is sent on no further.
 #[derive(Debug, Clone, Copy)]
-struct FromFront;
+struct Forwarded;
 
-/// The answer of the front that works on a job. None if this one does, or nobody, or that one does not answer.
-pub(crate) fn elsewhere(
+/// Forwards a request to the front that works on a job, and gives its answer. `None` if this front or no other works on it, or the other does not answer.
+pub(crate) fn forward_to_owner(
     app: &App,
     job: &Arc<Job>,
     tenant: &Tenant,
@@ -70,7 +70,7 @@ pub(crate) fn elsewhere(
 impl Question {
     /// The front to ask, and the question as it is sent.
     fn of(app: &App, job: &Arc<Job>, tenant: &Tenant, what: &str, request: &Request) -> Option<(String, Vec<u8>)> {
-        if request.extensions().get::<FromFront>().is_some() {
+        if request.extensions().get::<Forwarded>().is_some() {
             return None;
         }
         let front = app.service.jobs.front_of(job)?;
@@ -99,7 +99,7 @@ impl Question {
             let name = SENT.iter().find(|sent| sent.as_str() == name)?.clone();
             request.headers_mut().insert(name, HeaderValue::from_str(value).ok()?);
         }
-        request.extensions_mut().insert(FromFront);
+        request.extensions_mut().insert(Forwarded);
         Some((request, Arc::new(tenant)))
     }
 }

@@ -1,8 +1,8 @@
 //! Answers that several routes give: pictures, known images, jobs.
 
-pub(crate) mod elsewhere;
 pub(crate) mod event_stream;
 pub(crate) mod events;
+pub(crate) mod forward;
 pub(crate) mod image;
 pub(crate) mod job;
 pub(crate) mod message;

@@ -55,7 +55,7 @@ pub(super) fn routes() -> Vec<Route> {
             .answer(204, "It is forgotten", &[]),
         Route::post("/v1/assets/missing", missing, ["missingAssets", "assets", about_missing])
             .needs(Scope::Render)
-            .body(Body::json::<WantedAssets>("The hashes"))
+            .body(Body::json::<AssetHashes>("The hashes"))
             .answer(200, "Those to send", &[Content::json::<MissingAssets>()]),
     ]
 }
@@ -74,7 +74,7 @@ struct SentAsset {
 /// Assets that somebody needs.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct WantedAssets {
+struct AssetHashes {
     /// Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
     #[schemars(with = "Vec<String>", length(max = 10_000))]
     sha256: BoundedList<String, ASKED>,
@@ -179,7 +179,7 @@ async fn missing(
     request_body::declares_json(&parts.headers)?;
     let text = request_body::read(&app, &tenant, &parts.headers, body).await?;
     let invalid = |detail: String| Problem::new(Kind::InvalidRequest, detail);
-    let WantedAssets { sha256 } =
+    let AssetHashes { sha256 } =
         json_body::read(text.as_ref(), r#"the body is {"sha256": ["64 hexadecimal digits", ...]}"#)?;
     if sha256.count > ASKED {
         return Err(invalid(format!("at most {ASKED} hashes")));

@@ -10,8 +10,8 @@ pub(super) fn routes() -> Vec<Route> {
     vec![
         Route::post("/v1/capabilities", mint, ["mintCapability", "service", about])
             .needs(Scope::Read)
-            .body(Body::json::<Wanted>("What it is for"))
-            .answer(201, "The capability", &[Content::json::<Minted>()]),
+            .body(Body::json::<CapabilityRequest>("What it is for"))
+            .answer(201, "The capability", &[Content::json::<Capability>()]),
     ]
 }
 
@@ -23,7 +23,7 @@ const MAX_TTL: u64 = 7 * 86_400;
 /// What a capability is for: a job, a picture or a scene.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Wanted {
+struct CapabilityRequest {
     /// Id of a picture.
     #[schemars(length(min = 1, max = 64), regex(pattern = "^[A-Za-z0-9_-]+$"))]
     image_id: Option<String>,
@@ -40,20 +40,20 @@ struct Wanted {
 
 /// A capability.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Minted {
+struct Capability {
     /// Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
     prefix: String,
     /// When it expires, in seconds since 1970.
     expires: u64,
 }
 
-async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, Json<Minted>), Problem> {
+async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, Json<Capability>), Problem> {
     let (parts, body) = request.into_parts();
     let tenant = Tenant::of(&parts.extensions);
     let declared = body::declares_json(&parts.headers)?;
     let body = body::read(&app, &tenant, &parts.headers, body).await?;
     body::check_content(declared, body.as_ref())?;
-    let wanted: Wanted =
+    let wanted: CapabilityRequest =
         json_body::read(body.as_ref(), r#"the body is {"image_id": "<id>"}, or with job_id or scene_id"#)?;
     let mut ids = [wanted.image_id, wanted.job_id, wanted.scene_id].into_iter().flatten();
     let (Some(id), None) = (ids.next(), ids.next()) else {
@@ -68,7 +68,7 @@ async fn mint(State(app): State<App>, request: Request) -> Result<(StatusCode, J
     }
     let expires = unix_time().as_secs() + ttl;
     let text = app.access.sign(&id, &tenant.name, expires);
-    Ok((StatusCode::CREATED, Json(Minted { prefix: format!("{PREFIX}{text}"), expires })))
+    Ok((StatusCode::CREATED, Json(Capability { prefix: format!("{PREFIX}{text}"), expires })))
 }
 
 fn invalid(detail: &str) -> Problem {

@@ -39,7 +39,7 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post("/v1/compare", compare, ["compare", "render", about])
             .needs(Scope::Render)
             .query(drawn)
-            .body(Body::json::<Pair<'_>>("The pictures").example(example))
+            .body(Body::json::<CompareRequest<'_>>("The pictures").example(example))
             .answer(
                 200,
                 "The errors, or a picture of the difference",
@@ -56,19 +56,19 @@ pub(super) fn routes() -> Vec<Route> {
 /// Two pictures.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Pair<'a> {
+struct CompareRequest<'a> {
     /// The one that is compared with, as a reference is.
     #[serde(borrow)]
-    a: Side<'a>,
+    a: CompareSide<'a>,
     /// The other.
     #[serde(borrow)]
-    b: Side<'a>,
+    b: CompareSide<'a>,
 }
 
 /// An image id, or a scene with settings.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Side<'a> {
+struct CompareSide<'a> {
     /// An image id.
     image: Option<String>,
     /// A scene.
@@ -199,11 +199,12 @@ enum WantedSource {
 /// What the body asks for.
 fn both_of(app: &AppState, tenant: &Tenant, body: &[u8]) -> Result<[Wanted; 2], Problem> {
     let side = r#"{"image": "<id>"} or {"scene": {...}, "settings": {...}}"#;
-    let Pair { a, b } = json_body::read(body, &format!(r#"the body is {{"a": ..., "b": ...}}, each {side}"#))?;
+    let CompareRequest { a, b } =
+        json_body::read(body, &format!(r#"the body is {{"a": ..., "b": ...}}, each {side}"#))?;
     Ok([wanted(app, tenant, body, "a", a)?, wanted(app, tenant, body, "b", b)?])
 }
 
-fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: Side<'_>) -> Result<Wanted, Problem> {
+fn wanted(app: &AppState, tenant: &Tenant, body: &[u8], name: &str, side: CompareSide<'_>) -> Result<Wanted, Problem> {
     let mut query = Query::given(side.settings.0.clone(), format!("/{name}/settings"));
     let overrides = query.settings(Format::Json);
     query.finish()?;

@@ -38,23 +38,23 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post("/v1/explain", explain, ["explain", "render", about]).about_scene().query(analyze).answer(
             200,
             "The plan",
-            &[Content::json::<Explained<'_>>()],
+            &[Content::json::<ExplainAnswer<'_>>()],
         ),
         Route::get("/v1/images/{image}/explain", of_image, ["imagePlan", "pictures", about_image])
             .needs(Scope::Read)
             .path("image", "An image id.")
             .query(analyze)
-            .answer(200, "The plan", &[Content::json::<Explained<'_>>()]),
+            .answer(200, "The plan", &[Content::json::<ExplainAnswer<'_>>()]),
     ]
 }
 
 /// The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
-enum Explained<'a> {
+enum ExplainAnswer<'a> {
     Analyzed(Analyzed<'a>),
     Planned(&'a Plan),
-    Several(Several<'a>),
+    SettingsEstimates(SettingsEstimates<'a>),
 }
 
 /// A scene and several settings.
@@ -72,16 +72,16 @@ struct Settings<'a> {
 
 /// The estimates of several settings.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Several<'a> {
+struct SettingsEstimates<'a> {
     /// The plan of the scene as it is.
     plan: &'a Plan,
     /// One for each of the settings, in their order.
-    estimates: Vec<Estimated>,
+    estimates: Vec<SettingEstimate>,
 }
 
 /// What a picture with some settings should take.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Estimated {
+struct SettingEstimate {
     /// The settings.
     settings: Map<String, Value>,
     /// Rays and milliseconds.
@@ -133,14 +133,14 @@ fn plan(
     }
     let (plan, pilot) = planned(ready, region, &work.workers, &work.control).map_err(Error::from)?;
     if !analyze {
-        return to_json(&app.service.memory, &Explained::Planned(&plan));
+        return to_json(&app.service.memory, &ExplainAnswer::Planned(&plan));
     }
     let _share = app.service.room_for_picture(ready, region.pixels(), render::PIXEL_BYTES)?;
     let shot = RenderSpec::of(&ready.scene, region, FileFormat::Png8);
     let made = render::make(work.started, ready, loading, &shot, &work.workers, &work.control, None, None);
     let cost = made.map_err(Error::from)?.report.cost;
     let plan = measured((plan, pilot), &cost, ready, region, &work.workers, &work.control).map_err(Error::from)?;
-    to_json(&app.service.memory, &Explained::Analyzed(Analyzed { plan: &plan, actual: &cost }))
+    to_json(&app.service.memory, &ExplainAnswer::Analyzed(Analyzed { plan: &plan, actual: &cost }))
 }
 
 fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) -> Result<Answer, Problem> {
@@ -169,13 +169,14 @@ fn several(Question { app, work, sent, tenant }: Question<'_>, analyze: bool) ->
         let region = Region::whole(ready.scene.width, ready.scene.height);
         plans.push(planned(ready, region, &work.workers, &work.control).map_err(Error::from)?.0);
     }
-    let each =
-        settings.kept.into_iter().zip(scenes.iter().zip(&plans).skip(1)).map(|(settings, (ready, plan))| Estimated {
+    let each = settings.kept.into_iter().zip(scenes.iter().zip(&plans).skip(1)).map(|(settings, (ready, plan))| {
+        SettingEstimate {
             settings: settings.0,
             estimate: plan.estimate,
             depth: plan.depth.clone(),
             image_id: image_of(ready).map(|image| image.to_string()),
-        });
+        }
+    });
     let estimates = each.collect();
-    to_json(&app.service.memory, &Explained::Several(Several { plan: &plans[0], estimates }))
+    to_json(&app.service.memory, &ExplainAnswer::SettingsEstimates(SettingsEstimates { plan: &plans[0], estimates }))
 }

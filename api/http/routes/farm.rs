@@ -12,19 +12,23 @@ use axum::http::Extensions;
 pub(super) fn routes() -> Vec<Route> {
     let about = "The farm that renders for the service: nodes, slots, backlog, throughput, failures. Null if it renders itself. \
                  Single nodes are for keys with the scope `admin`.";
-    vec![Route::get("/v1/farm", farm, ["farm", "service", about]).answer(200, "The farm", &[Content::json::<Answer>()])]
+    vec![Route::get("/v1/farm", farm, ["farm", "service", about]).answer(
+        200,
+        "The farm",
+        &[Content::json::<FarmStatus>()],
+    )]
 }
 
 /// The farm, if there is one.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Answer {
+struct FarmStatus {
     /// Null: the service renders itself.
-    farm: Option<Figures>,
+    farm: Option<FarmFigures>,
 }
 
 /// The farm in figures.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Figures {
+struct FarmFigures {
     /// Whether the service reaches the broker now.
     connected: bool,
     /// Pieces that nodes which take work can render at one time.
@@ -32,20 +36,20 @@ struct Figures {
     /// Pieces that nodes render now.
     busy: u32,
     /// Nodes by how they are.
-    nodes: Nodes,
+    nodes: FarmNodeCounts,
     /// Seconds of one slot that the work takes which this front has for nodes, by how urgent it is.
-    backlog_seconds: Backlog,
+    backlog_seconds: FarmBacklog,
     /// What the nodes there are have done.
-    done: Done,
+    done: FarmWorkDone,
     /// What has gone wrong since this front was started.
-    trouble: Trouble,
+    trouble: FarmFaults,
     /// Each node. Null without the scope `admin`.
-    each: Option<Vec<Node>>,
+    each: Option<Vec<FarmNode>>,
 }
 
 /// Nodes by how they are.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Nodes {
+struct FarmNodeCounts {
     /// They take work.
     ready: u32,
     /// They finish what they have, and end.
@@ -56,7 +60,7 @@ struct Nodes {
 
 /// Seconds of one slot.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Backlog {
+struct FarmBacklog {
     /// Renders that somebody waits for.
     hi: f64,
     /// Jobs.
@@ -67,7 +71,7 @@ struct Backlog {
 
 /// What nodes have done since they were started.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Done {
+struct FarmWorkDone {
     /// Pieces of work.
     pieces: u64,
     /// Tiles in them.
@@ -80,7 +84,7 @@ struct Done {
 
 /// What has gone wrong.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Trouble {
+struct FarmFaults {
     /// Pieces that were lost, as when a node ends, and were sent again.
     sent_again: u64,
     /// Slow pieces that a second node rendered, too.
@@ -97,7 +101,7 @@ struct Trouble {
 
 /// A node.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Node {
+struct FarmNode {
     /// Id of its process.
     id: String,
     /// What people call it.
@@ -127,11 +131,11 @@ struct Node {
 async fn farm(State(app): State<App>, extensions: Extensions) -> Result<Response, Problem> {
     let tenant = Tenant::required(&extensions)?;
     let may_see_nodes = !app.access.needs_keys() || tenant.may(Scope::Admin);
-    let answer = Answer { farm: app.service.farm.as_deref().map(|farm| Figures::of(farm, may_see_nodes)) };
+    let answer = FarmStatus { farm: app.service.farm.as_deref().map(|farm| FarmFigures::of(farm, may_see_nodes)) };
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(answer)).into_response())
 }
 
-impl Figures {
+impl FarmFigures {
     fn of(farm: &Farm, may_see_nodes: bool) -> Self {
         let summary = Summary::of(farm);
         let [ready, draining, excluded] = summary.nodes().map(|(_, count)| count);
@@ -143,10 +147,10 @@ impl Figures {
             connected,
             slots,
             busy,
-            nodes: Nodes { ready, draining, excluded },
-            backlog_seconds: Backlog { hi, norm, bulk },
-            done: Done { pieces, tiles, failures, busy_seconds: busy_ms as f64 / 1e3 },
-            trouble: Trouble {
+            nodes: FarmNodeCounts { ready, draining, excluded },
+            backlog_seconds: FarmBacklog { hi, norm, bulk },
+            done: FarmWorkDone { pieces, tiles, failures, busy_seconds: busy_ms as f64 / 1e3 },
+            trouble: FarmFaults {
                 sent_again,
                 rendered_twice,
                 dead_letters,
@@ -159,9 +163,9 @@ impl Figures {
     }
 }
 
-fn each(nodes: Vec<NodeRecord>) -> Vec<Node> {
+fn each(nodes: Vec<NodeRecord>) -> Vec<FarmNode> {
     let now = unix_time().as_millis() as u64;
-    let node = |node: NodeRecord| Node {
+    let node = |node: NodeRecord| FarmNode {
         same_renderer: node.kid == renderer(),
         state: node.state,
         started_s: now.saturating_sub(node.started) / 1_000,

@@ -9,18 +9,22 @@ pub(super) fn routes() -> Vec<Route> {
     let about_me = "Whose key this is, what it may do, and what is left of its limits.";
     let about_queue = "How busy the renderer is: its threads, and who has it and waits for it.";
     vec![
-        Route::get("/v1/me", me, ["me", "service", about_me]).answer(200, "The tenant", &[Content::json::<Me<'_>>()]),
+        Route::get("/v1/me", me, ["me", "service", about_me]).answer(
+            200,
+            "The tenant",
+            &[Content::json::<KeyInfo<'_>>()],
+        ),
         Route::get("/v1/queue", queue, ["queue", "service", about_queue]).answer(
             200,
             "The queue",
-            &[Content::json::<Queued>()],
+            &[Content::json::<QueueStatus>()],
         ),
     ]
 }
 
 /// The tenant of a key.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Me<'a> {
+struct KeyInfo<'a> {
     /// Its name.
     tenant: &'a str,
     /// What the key may do.
@@ -36,12 +40,12 @@ struct Me<'a> {
     /// Bytes of the assets that it has sent.
     asset_bytes: u64,
     /// What is left of the units of a minute. Null: unlimited.
-    units: Option<Units>,
+    units: Option<RateLimitUnits>,
 }
 
 /// Units of cost: one for each request, and one for each million rays.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Units {
+struct RateLimitUnits {
     /// Units in a minute.
     per_minute: u32,
     /// Units that are left.
@@ -52,29 +56,29 @@ struct Units {
 
 /// Who has the renderer and waits for it.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Queued {
+struct QueueStatus {
     /// Threads of the renderer.
     threads: usize,
     /// Requests for pictures and answers.
-    renders: Lane,
+    renders: QueueLane,
     /// Requests for tiles.
-    tiles: Lane,
+    tiles: QueueLane,
     /// Jobs.
-    jobs: Lane,
+    jobs: QueueLane,
     /// Seconds until a request that comes now should have its turn, at the pace of the last ones.
     seconds_ahead: u32,
 }
 
 /// A lane of the scheduler.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Lane {
+struct QueueLane {
     /// How many are worked on, in turn.
     running: usize,
     /// How many wait.
     waiting: usize,
 }
 
-impl From<&Queue> for Lane {
+impl From<&Queue> for QueueLane {
     fn from(queue: &Queue) -> Self {
         Self { running: queue.running(), waiting: queue.waiting() }
     }
@@ -84,9 +88,9 @@ async fn me(State(app): State<App>, extensions: Extensions) -> Result<Response, 
     let tenant = Tenant::required(&extensions)?;
     let units = tenant.rate_limit.as_ref().map(|limit| {
         let left = limit.left(Instant::now());
-        Units { per_minute: left.per_minute, left: left.units, full_in_s: left.full_in }
+        RateLimitUnits { per_minute: left.per_minute, left: left.units, full_in_s: left.full_in }
     });
-    let me = Me {
+    let me = KeyInfo {
         tenant: &tenant.name,
         scopes: &tenant.scopes,
         needs_keys: app.access.needs_keys(),
@@ -104,11 +108,11 @@ async fn queue(State(app): State<App>, extensions: Extensions) -> Result<Respons
     let service = &app.service;
     let (waiting, running) = service.jobs.counts();
     let is_idle = service.queue.running() + service.queue.waiting() == 0;
-    let queued = Queued {
+    let queued = QueueStatus {
         threads: service.pool.threads,
-        renders: Lane::from(&service.queue),
-        tiles: Lane::from(&service.tiles),
-        jobs: Lane { running, waiting },
+        renders: QueueLane::from(&service.queue),
+        tiles: QueueLane::from(&service.tiles),
+        jobs: QueueLane { running, waiting },
         seconds_ahead: if is_idle { 0 } else { service.queue.retry_after() },
     };
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(queued)).into_response())

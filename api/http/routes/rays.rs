@@ -27,8 +27,8 @@ pub(super) fn routes() -> Vec<Route> {
         Route::post("/v1/rays", rays, ["rays", "render", about])
             .needs(Scope::Render)
             .query(|query| query.settings(Format::Json))
-            .body(Body::json::<Questions<'_>>("The scene and the rays").example(example))
-            .answer(200, "What the rays hit", &[Content::json::<Answers>()])
+            .body(Body::json::<RayQueries<'_>>("The scene and the rays").example(example))
+            .answer(200, "What the rays hit", &[Content::json::<RayAnswers>()])
             .warns(),
     ]
 }
@@ -43,7 +43,7 @@ const BESIDE: usize = 1_000;
 /// A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are.
 #[derive(Debug, serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Questions<'a> {
+struct RayQueries<'a> {
     /// The scene.
     #[serde(borrow)]
     #[schemars(schema_with = "scene_reference")]
@@ -57,7 +57,7 @@ struct Questions<'a> {
 /// What the rays hit, in their order.
 #[derive(Debug, JsonSchema)]
 #[expect(dead_code, reason = "it is written part by part")]
-struct Answers {
+struct RayAnswers {
     /// One for each ray.
     answers: Vec<RayAnswer>,
 }
@@ -67,7 +67,7 @@ async fn rays(State(app): State<App>, request: Request) -> Result<Response, Prob
 }
 
 fn answer(Question { app, work, sent, tenant }: Question<'_>, (): ()) -> Result<Answer, Problem> {
-    let Questions { scene: text, rays } = json_body::read_or(Kind::InvalidRays, sent.text, ABOUT)?;
+    let RayQueries { scene: text, rays } = json_body::read_or(Kind::InvalidRays, sent.text, ABOUT)?;
     if rays.count > MAX_RAYS {
         let detail = format!("{} rays are too many; one request has at most {MAX_RAYS} (max_rays)", rays.count);
         return Err(Problem::limit(Kind::TooLarge, "max_rays", MAX_RAYS as u64, detail));
@@ -114,7 +114,7 @@ fn read_all(body: &[u8], rays: &[&RawValue]) -> Result<Vec<RayQuery>, Problem> {
 /// The answers to some rays as JSON.
 fn follow_all(work: &Work, scene: &Scene, rays: &[RayQuery]) -> Result<Vec<Vec<u8>>, Cancelled> {
     let is_cancelled = || work.control.is_cancelled();
-    // Answers are made of what JSON can say.
+    // RayAnswers are made of what JSON can say.
     let answer = |ray| serde_json::to_vec(&follow(scene, ray)).unwrap_or_default();
     rays.par_iter().map(|ray| if is_cancelled() { Err(Cancelled) } else { Ok(answer(ray)) }).collect()
 }
@@ -127,7 +127,7 @@ mod tests {
     fn rays_beyond_the_limit_are_counted_but_not_kept() {
         let count = |rays: usize| {
             let body = format!("{{\"scene\": 0, \"rays\": [{}]}}", vec!["0"; rays].join(","));
-            let questions: Questions<'_> = serde_json::from_str(&body).unwrap();
+            let questions: RayQueries<'_> = serde_json::from_str(&body).unwrap();
             (questions.rays.kept.len(), questions.rays.count)
         };
         assert_eq!(count(0), (0, 0));

@@ -163,7 +163,7 @@ async fn answer(
         && let Some(image) = image_of(&ready)
     {
         // A region outside of the picture is refused before tags are compared.
-        spec.shot(&ready.scene, image.zoom)?;
+        spec.render_spec(&ready.scene, image.zoom)?;
         let name = spec.name(&image);
         let place = picture::place_of(&context, &image, &spec);
         if let Some(answer) = picture::precondition_response(&context, Some(&picture::tag(&name)), place.as_deref()) {

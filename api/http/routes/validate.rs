@@ -10,13 +10,13 @@ pub(super) fn routes() -> Vec<Route> {
     vec![Route::post("/v1/scenes/validate", validate, ["validateScene", "render", about]).about_scene().answer(
         200,
         "The scene is valid",
-        &[Content::json::<Valid<'_>>()],
+        &[Content::json::<ValidationResult<'_>>()],
     )]
 }
 
 /// The answer about a valid scene.
 #[derive(Debug, Serialize, JsonSchema)]
-struct Valid<'a> {
+struct ValidationResult<'a> {
     /// True. The answer about an invalid scene is a problem.
     valid: bool,
     /// Warnings about the scene.
@@ -29,5 +29,5 @@ async fn validate(State(app): State<App>, request: Request) -> Result<Response, 
 
 fn answer(Question { app, work, sent, .. }: Question<'_>, (): ()) -> Result<Answer, Problem> {
     let ready = app.service.scenes.find(&work.workers, sent)?.ready;
-    to_json(&app.service.memory, &Valid { valid: true, warnings: &ready.scene.warnings })
+    to_json(&app.service.memory, &ValidationResult { valid: true, warnings: &ready.scene.warnings })
 }

@@ -1,6 +1,7 @@
 //! Where assets lie: in a folder of this process, or in the store of a farm.
 
 use crate::service::error::not_reachable;
+use crate::service::is_tenant_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::objects::{ObjectError, Objects};
 use std::io;
@@ -10,7 +11,7 @@ use tokio::runtime::Handle;
 
 /// The bytes by their SHA-256, and claims of tenants to them.
 #[derive(Debug)]
-pub(super) enum Shelf {
+pub(super) enum AssetStore {
     /// Bytes as `HASH`, claims as `HASH.TENANT`, and as `s_…` what a kept scene names.
     Folder(BlobStore),
     /// Bytes as `assets/HASH`, claims as `assets/claims/HASH/t-TENANT`. These may take their time, and other fronts change them,
@@ -20,13 +21,13 @@ pub(super) enum Shelf {
 
 /// Whether a file of the folder may have this name.
 pub(crate) fn is_name(name: &str) -> bool {
-    let (hash, tenant) = name.split_once('.').unwrap_or((name, ""));
+    let (hash, tenant) = name.split_once('.').map_or((name, None), |(hash, tenant)| (hash, Some(tenant)));
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
     let of_scene = name.strip_prefix("s_").is_some_and(|id| id.len() <= 64 && id.bytes().all(plain));
-    of_scene || (is_hash(hash) && tenant.len() <= 64 && tenant.bytes().all(plain))
+    of_scene || (is_hash(hash) && tenant.is_none_or(is_tenant_name))
 }
 
-impl Shelf {
+impl AssetStore {
     /// A folder, and whether what is put there outlives a power cut.
     pub(super) fn folder(path: &Path, durable: bool) -> io::Result<Self> {
         Ok(Self::Folder(BlobStore::open(path, u64::MAX, BlobKind { is_name, durable })?))

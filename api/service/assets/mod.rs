@@ -8,15 +8,15 @@
 //! who deletes looks for jobs after the claim is gone, and who accepts a job looks for the claim after the job is written down,
 //! so that one of the two sees the other.
 
-mod shelf;
+mod asset_store;
 
-pub(crate) use shelf::{in_store, is_in_store, is_name};
+pub(crate) use asset_store::{in_store, is_in_store, is_name};
 
 use crate::service::error::{Error, StartError};
 use crate::service::storage::objects::Objects;
+use asset_store::AssetStore;
 use lru::LruCache;
 use parking_lot::Mutex;
-use shelf::Shelf;
 use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::Path;
@@ -31,12 +31,12 @@ const NOTES: usize = 1_024;
 /// The assets of all tenants.
 #[derive(Debug)]
 pub(crate) struct Assets {
-    shelf: Shelf,
+    store: AssetStore,
     /// Bytes of one tenant's.
     most: u64,
     /// Number of one tenant's.
     most_assets: usize,
-    /// Held by who changes what is on the shelf.
+    /// Held by who changes what is on the store.
     changes: Mutex<()>,
     known: Mutex<Known>,
 }
@@ -62,30 +62,30 @@ impl Assets {
     /// Those in a folder, and whether they outlive a power cut.
     pub(crate) fn open(path: &Path, most: u64, durable: bool) -> Result<Self, StartError> {
         let wrong = |error: io::Error| StartError::Settings(format!("{}: {error}", path.display()));
-        let assets = Self::on(Shelf::folder(path, durable).map_err(wrong)?, most);
+        let assets = Self::on(AssetStore::folder(path, durable).map_err(wrong)?, most);
         assets.learn();
         Ok(assets)
     }
 
     /// Those in the store of a farm.
     pub(crate) fn shared(objects: Objects, runtime: Handle, most: u64) -> Self {
-        Self::on(Shelf::Store(objects, runtime), most)
+        Self::on(AssetStore::Store(objects, runtime), most)
     }
 
-    fn on(shelf: Shelf, most: u64) -> Self {
-        Self { shelf, most, most_assets: ASSETS, changes: Mutex::default(), known: Mutex::default() }
+    fn on(store: AssetStore, most: u64) -> Self {
+        Self { store, most, most_assets: ASSETS, changes: Mutex::default(), known: Mutex::default() }
     }
 
     /// Reads what there is: the claims, the oldest first, and what kept scenes name.
     fn learn(&self) {
-        let Some(blobs) = self.shelf.listed() else { return };
+        let Some(blobs) = self.store.listed() else { return };
         let mut names = blobs.names();
         names.sort_by_cached_key(|name| std::cmp::Reverse(blobs.age(name)));
         let mut known = self.known.lock();
         for name in names {
             match name.split_once('.') {
                 Some((hash, tenant)) => {
-                    if let Some(bytes) = self.shelf.claimed(hash, tenant).filter(|_| blobs.has(hash)) {
+                    if let Some(bytes) = self.store.claimed(hash, tenant).filter(|_| blobs.has(hash)) {
                         known.add(tenant, hash, bytes);
                     } else if blobs.head(&name).is_ok() {
                         // It is damaged, or its bytes are gone; what cannot be read now may be whole.
@@ -118,8 +118,8 @@ impl Assets {
         has_scene: impl Fn(&str) -> bool,
     ) -> Result<bool, Error> {
         let _alone = self.changes.lock();
-        // Who sends bytes again may know that those on the shelf are damaged.
-        let is_whole = self.shelf.get(hash).is_some();
+        // Who sends bytes again may know that those on the store are damaged.
+        let is_whole = self.store.get(hash).is_some();
         if is_whole && self.owns(tenant, hash) {
             return Ok(false);
         }
@@ -127,11 +127,11 @@ impl Assets {
         self.make_room(tenant, bytes.len() as u64, named, has_scene)?;
         let put = || {
             if !is_whole {
-                self.shelf.put(hash, bytes)?;
+                self.store.put(hash, bytes)?;
             }
-            self.shelf.claim(hash, tenant, bytes.len() as u64)?;
+            self.store.claim(hash, tenant, bytes.len() as u64)?;
             // Another front may have removed them with the last claim before this one.
-            if self.shelf.has(hash) { Ok(()) } else { self.shelf.put(hash, bytes) }
+            if self.store.has(hash) { Ok(()) } else { self.store.put(hash, bytes) }
         };
         put().map_err(|error: io::Error| Error::io("the asset cannot be kept", &error))?;
         self.known.lock().add(tenant, hash, bytes.len() as u64);
@@ -159,7 +159,7 @@ impl Assets {
         if has_room(left, assets) {
             return Ok(());
         }
-        if self.shelf.listed().is_none() {
+        if self.store.listed().is_none() {
             return Err(full);
         }
         let mut needed = named();
@@ -176,7 +176,7 @@ impl Assets {
             return Err(full);
         }
         for hash in &going {
-            let gone = self.unclaim(tenant, hash).and_then(|()| self.shelf.remove_unclaimed(hash));
+            let gone = self.unclaim(tenant, hash).and_then(|()| self.store.remove_unclaimed(hash));
             gone.unwrap_or_else(|error| tracing::error!(hash, %error, "an asset cannot be deleted"));
         }
         Ok(())
@@ -188,7 +188,7 @@ impl Assets {
         let gone: Vec<String> = known.named.keys().filter(|id| !has_scene(id)).cloned().collect();
         for id in &gone {
             known.named.remove(id);
-            self.shelf.listed().inspect(|blobs| _ = blobs.remove(id));
+            self.store.listed().inspect(|blobs| _ = blobs.remove(id));
         }
         known.named.values().flatten().cloned().collect()
     }
@@ -199,7 +199,7 @@ impl Assets {
         if hashes.is_empty() || self.known.lock().named.contains_key(id) {
             return;
         }
-        let Some(blobs) = self.shelf.listed() else { return };
+        let Some(blobs) = self.store.listed() else { return };
         if self.known.lock().named.len() % NOTES == NOTES - 1 {
             self.of_scenes(has_scene);
         }
@@ -217,11 +217,11 @@ impl Assets {
 
     /// Whether a tenant has sent the bytes of a hash, and they are there. In a farm it may wait for the store. This counts as a use.
     pub(crate) fn owns(&self, tenant: &str, hash: &str) -> bool {
-        if self.shelf.listed().is_some() {
-            return self.knows(tenant, hash) && self.shelf.has(hash);
+        if self.store.listed().is_some() {
+            return self.knows(tenant, hash) && self.store.has(hash);
         }
         // Another front may have heard of it, or taken it back.
-        let claimed = self.shelf.claimed(hash, tenant).filter(|_| self.shelf.has(hash));
+        let claimed = self.store.claimed(hash, tenant).filter(|_| self.store.has(hash));
         let mut known = self.known.lock();
         match claimed {
             Some(bytes) => known.add(tenant, hash, bytes),
@@ -232,12 +232,12 @@ impl Assets {
 
     /// Whether the bytes of a hash are there, whoever has sent them.
     pub(crate) fn exists(&self, hash: &str) -> bool {
-        self.shelf.has(hash)
+        self.store.has(hash)
     }
 
     /// Fails if it cannot be known now which assets there are: what is missing may only be out of reach.
     pub(crate) fn check_store(&self) -> Result<(), Error> {
-        self.shelf.check().map_err(|error| Error::io("assets cannot be looked for", &error))
+        self.store.check().map_err(|error| Error::io("assets cannot be looked for", &error))
     }
 
     /// Bytes of an asset of a tenant.
@@ -252,7 +252,7 @@ impl Assets {
 
     /// The same, or an asset of anybody.
     pub(crate) fn read(&self, tenant: Option<&str>, hash: &str) -> Option<Vec<u8>> {
-        tenant.is_none_or(|tenant| self.owns(tenant, hash)).then(|| self.shelf.get(hash)).flatten()
+        tenant.is_none_or(|tenant| self.owns(tenant, hash)).then(|| self.store.get(hash)).flatten()
     }
 
     /// Takes back a tenant's claim; false if it has none. With the last one the bytes go. `needed_by` names a job that keeps it.
@@ -272,24 +272,24 @@ impl Assets {
         needed()?;
         self.unclaim(tenant, hash).map_err(failed)?;
         if let Err(needed) = needed() {
-            self.shelf.claim(hash, tenant, bytes).map_err(failed)?;
+            self.store.claim(hash, tenant, bytes).map_err(failed)?;
             self.known.lock().add(tenant, hash, bytes);
             return Err(needed);
         }
-        self.shelf.remove_unclaimed(hash).map_err(failed)?;
+        self.store.remove_unclaimed(hash).map_err(failed)?;
         Ok(true)
     }
 
     /// Bytes of an asset that a tenant has sent, whether they are there or not.
     fn claim_of(&self, tenant: &str, hash: &str) -> Option<u64> {
-        match self.shelf.listed() {
+        match self.store.listed() {
             Some(_) => self.known.lock().claims.get(tenant)?.peek(hash).copied(),
-            None => self.shelf.claimed(hash, tenant),
+            None => self.store.claimed(hash, tenant),
         }
     }
 
     fn unclaim(&self, tenant: &str, hash: &str) -> io::Result<()> {
-        self.shelf.unclaim(hash, tenant)?;
+        self.store.unclaim(hash, tenant)?;
         self.known.lock().remove(tenant, hash);
         Ok(())
     }
@@ -355,7 +355,7 @@ mod tests {
         let assets = Assets::open(folder.path(), 100, false).unwrap();
         assert_eq!([assets.size("one", &hash), assets.size("two", &hash)], [None, Some(4)]);
         assert!(remove(&assets, "two"));
-        assert!(!assets.shelf.has(&hash));
+        assert!(!assets.store.has(&hash));
     }
 
     #[test]

@@ -22,7 +22,8 @@ pub(crate) struct Piece {
     /// Its tenant.
     pub(crate) tenant: String,
     /// Which coordinator of the job has sent it: one that takes over is another.
-    pub(crate) life: String,
+    #[serde(rename = "life")]
+    pub(crate) session: String,
     /// Number of the piece among those of that coordinator.
     pub(crate) piece: u64,
     /// What is rendered.
@@ -110,15 +111,15 @@ pub(crate) enum NotWork {
 impl Piece {
     /// A piece of this version.
     pub(crate) fn new(
-        [job, tenant, life]: [&str; 3],
+        [job, tenant, session]: [&str; 3],
         piece: u64,
         scene: &SceneSource,
         view: View,
         tiles: Vec<TilePlace>,
         limit_s: f64,
     ) -> Self {
-        let [job, tenant, life] = [job, tenant, life].map(str::to_owned);
-        Self { v: VERSION, job, tenant, life, piece, scene: scene.clone(), view, tiles, limit_s }
+        let [job, tenant, session] = [job, tenant, session].map(str::to_owned);
+        Self { v: VERSION, job, tenant, session, piece, scene: scene.clone(), view, tiles, limit_s }
     }
 
     /// As the payload of a message.

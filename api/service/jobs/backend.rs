@@ -43,7 +43,7 @@ pub(super) trait Backend {
         finished: &(dyn Fn(&Tile) + Sync),
     ) -> Result<(), Stopped>;
     /// Whether coarse pictures take nothing from the tiles, since others render those.
-    fn is_elsewhere(&self) -> bool;
+    fn is_remote(&self) -> bool;
 }
 
 /// This process and a file.
@@ -98,7 +98,7 @@ impl Backend for Local<'_> {
         rendered.map_err(|Cancelled| job.why_stopped())
     }
 
-    fn is_elsewhere(&self) -> bool {
+    fn is_remote(&self) -> bool {
         false
     }
 }
@@ -191,7 +191,7 @@ impl Backend for Remote<'_> {
         })
     }
 
-    fn is_elsewhere(&self) -> bool {
+    fn is_remote(&self) -> bool {
         true
     }
 }

@@ -13,8 +13,8 @@ use crate::service::scenes::store::SceneStore;
 use crate::service::scheduler::pool::Pool;
 use crate::service::storage::disk::Change;
 use crate::service::storage::folder::Folder;
-use crate::service::storage::journal::{self, Loss, Tree};
 use crate::service::storage::lru_cache::LruCache;
+use crate::service::storage::test_journal::{self, Loss, Tree};
 use std::collections::HashSet;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -132,7 +132,7 @@ struct History {
 
 /// Two jobs that share a picture, one of which is forgotten.
 fn history(pool: &Arc<Pool>, path: &Path) -> History {
-    journal::listen(path);
+    test_journal::listen(path);
     let opened = open(pool, path).unwrap();
     let rendered = opened.submit(SCENE, None);
     let mut promises = vec![promise(path, &rendered)];
@@ -140,16 +140,16 @@ fn history(pool: &Arc<Pool>, path: &Path) -> History {
     let made = opened.jobs.picture(&rendered).unwrap().unwrap();
     let reused = opened.submit(&format!("{SCENE}\n"), Some(&made));
     promises.push(promise(path, &reused));
-    promises[0].forgotten[0] = journal::length(path);
+    promises[0].forgotten[0] = test_journal::length(path);
     opened.jobs.forget(&rendered).unwrap();
-    promises[0].forgotten[1] = journal::length(path);
+    promises[0].forgotten[1] = test_journal::length(path);
     // The end of a process is part of it.
     drop(opened);
-    History { changes: journal::take(path), promises, picture: made.bytes }
+    History { changes: test_journal::take(path), promises, picture: made.bytes }
 }
 
 fn promise(path: &Path, job: &Job) -> Promise {
-    Promise { id: job.record().id.clone(), accepted: journal::length(path), forgotten: [usize::MAX; 2] }
+    Promise { id: job.record().id.clone(), accepted: test_journal::length(path), forgotten: [usize::MAX; 2] }
 }
 
 /// Starts on what every crash from a change on would have left; how many different things that were, or what went wrong.
@@ -159,7 +159,7 @@ fn crash_everywhere(pool: &Arc<Pool>, from: &Path, history: &History, first: usi
         for loss in
             [Loss::Nothing, Loss::Everything, Loss::Contents, Loss::Names, Loss::Torn, Loss::Some(1), Loss::Some(2)]
         {
-            let tree = journal::after_crash(from, &history.changes[..moment], loss);
+            let tree = test_journal::after_crash(from, &history.changes[..moment], loss);
             let mut hasher = DefaultHasher::new();
             (
                 &tree,

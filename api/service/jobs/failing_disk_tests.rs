@@ -1,11 +1,11 @@
 //! A disk that is full or broken for a while: nothing is promised that is not kept, and what waited for it goes on.
 
-use super::crash::{PATIENCE, SCENE, open};
+use super::crash_tests::{PATIENCE, SCENE, open};
 use super::job::{Job, Stopped};
 use super::record::State;
 use crate::service::error::Error;
 use crate::service::scheduler::pool::Pool;
-use crate::service::storage::journal::set_fault;
+use crate::service::storage::test_journal::set_fault;
 use std::io::ErrorKind;
 use std::sync::atomic::Ordering;
 use std::thread;

@@ -18,6 +18,7 @@ use crate::service::storage::folder::FolderKind;
 use crate::service::storage::shared_blobs::SharedBlobs;
 use std::io;
 use std::path::{Path, PathBuf};
+use strahl::scene::hashes::is_hash;
 
 /// What the name of a small picture ends with, after that of the picture.
 const PREVIEW: &str = ".preview";
@@ -270,11 +271,6 @@ pub(crate) const DATA: FolderKind = FolderKind {
         _ => upgrade::is_ours(path),
     },
 };
-
-/// Whether it is a SHA-256 in hexadecimal digits.
-fn is_hash(name: &str) -> bool {
-    name.len() == 64 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
-}
 
 /// Whether it is the name of a job or of a frame.
 fn is_work(name: &str) -> bool {

@@ -201,7 +201,7 @@ impl Film<'_> {
             let share = || jobs.registry.lock().share(&tenant) / at_once as f64;
             let mut backend = backend(jobs, farm, &share);
             recover(job, &rendering, &mut *backend)?;
-            let alone = (!backend.is_elsewhere()).then_some(alone);
+            let alone = (!backend.is_remote()).then_some(alone);
             tiles(job, &rendering, &ready, workers, &mut *backend)?;
             drop(alone);
         }

@@ -7,11 +7,11 @@ mod backend;
 mod canvas;
 mod checkpoint;
 #[cfg(test)]
-mod crash;
+mod crash_tests;
 mod disk_shares;
 mod event_log;
 #[cfg(test)]
-mod failing_disk;
+mod failing_disk_tests;
 mod files;
 mod finish;
 mod frames;

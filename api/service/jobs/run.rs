@@ -144,7 +144,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
         recover(job, &rendering, &mut *backend)?;
         if job.done.load(Ordering::Relaxed) > 0 {
             tiles(job, &rendering, &ready, &workers, &mut *backend)?;
-        } else if backend.is_elsewhere() {
+        } else if backend.is_remote() {
             // The coarse pictures are made here meanwhile, and given up when they are late.
             let control = Control::default();
             let beside = Arc::clone(&jobs.pool).join(task, control.clone());

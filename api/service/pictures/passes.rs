@@ -36,7 +36,7 @@ pub(crate) type Show<'a> = &'a (dyn Fn(Pass) + Sync);
 /// pixels.
 pub(crate) fn passes(
     ready: &PreparedScene,
-    shot: &RenderSpec,
+    spec: &RenderSpec,
     budget: &MemoryBudget,
     workers: &Workers,
     control: &Control,
@@ -44,7 +44,7 @@ pub(crate) fn passes(
 ) -> Result<(), Cancelled> {
     let mut scene = ready.scene.through(&Window::whole(ready.scene.width, ready.scene.height));
     (scene.samples, scene.adaptive, scene.antialias, scene.statistical) = (1, false, false, None);
-    let &RenderSpec { window: Window { width, height, .. }, region, .. } = shot;
+    let &RenderSpec { window: Window { width, height, .. }, region, .. } = spec;
     let mut plan = ready.outline.plan(&ready.scene);
     workers.work(|| plan.estimate(&ready.scene, region, control, Effort::BESIDE))??;
     let eta_ms = plan.estimate.map(|estimate| estimate.ms);

@@ -72,7 +72,7 @@ impl RenderSpec {
 }
 
 /// Has a picture rendered by others; none if they cannot.
-pub(crate) type Elsewhere<'a> = &'a dyn Fn(&RenderSpec) -> Result<Option<Picture>, Cancelled>;
+pub(crate) type RemoteRender<'a> = &'a dyn Fn(&RenderSpec) -> Result<Option<Picture>, Cancelled>;
 
 /// Renders a picture and encodes it. `started` is when work on the scene's bytes began, `loading` is what that took. A picture
 /// that a time or a number of rays ends is shown to `watcher` meanwhile.
@@ -80,14 +80,14 @@ pub(crate) fn make(
     started: Instant,
     ready: &PreparedScene,
     loading: Loading,
-    shot: &RenderSpec,
+    spec: &RenderSpec,
     workers: &Workers,
     control: &Control,
     watcher: Option<Watcher<'_>>,
-    elsewhere: Option<Elsewhere<'_>>,
+    remote: Option<RemoteRender<'_>>,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
-    let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = shot;
+    let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = spec;
     let mut plan = ready.outline.plan(scene);
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
@@ -99,7 +99,7 @@ pub(crate) fn make(
         (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
     };
     let began = asked.unwrap_or(started);
-    let (mut picture, (codes, error, coding_ms)) = match elsewhere.map_or(Ok(None), |render| render(shot))? {
+    let (mut picture, (codes, error, coding_ms)) = match remote.map_or(Ok(None), |render| render(spec))? {
         Some(picture) => {
             let finished = workers.work(|| finish(&picture))?;
             (picture, finished)

@@ -96,7 +96,7 @@ impl PictureSpec {
     }
 
     /// What to render of a scene that is opened as 2^zoom times its size.
-    pub(crate) fn shot(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Error> {
+    pub(crate) fn render_spec(&self, scene: &Scene, zoom: u32) -> Result<RenderSpec, Error> {
         let window = self.window(scene, zoom).ok_or_else(|| {
             Error::OutOfRange("the picture would be larger than this scene's numbers can tell apart".into())
         })?;

@@ -6,7 +6,7 @@ use crate::service::memory_budget::Share;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
 use crate::service::pictures::passes::{Pass, Show, passes, show_thinned};
-use crate::service::pictures::render::{self, Elsewhere, RenderSpec, Rendered};
+use crate::service::pictures::render::{self, RemoteRender, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::{Grid, PictureSpec};
 use crate::service::scenes::cache::Found;
@@ -192,7 +192,7 @@ impl Service {
         let service = Arc::clone(self);
         let work = move |work: &Work| {
             let (Found { ready, .. }, zoom) = source.find(&service, work, Some(&spec))?;
-            let RenderSpec { region, .. } = spec.shot(&ready.scene, zoom)?;
+            let RenderSpec { region, .. } = spec.render_spec(&ready.scene, zoom)?;
             service.settings.answers.check(region, ready.scene.samples)?;
             Ok::<_, Error>([region.width, region.height])
         };
@@ -238,20 +238,21 @@ impl Service {
             return Ok((file, None, cached));
         }
         // Tiles are many and small, so they contain no note. Their headers say the same.
-        let shot = RenderSpec { note: spec.is_whole(), asked: Some(work.queued), ..spec.shot(&ready.scene, zoom)? };
-        self.settings.answers.check(shot.region, ready.scene.samples)?;
+        let render_spec =
+            RenderSpec { note: spec.is_whole(), asked: Some(work.queued), ..spec.render_spec(&ready.scene, zoom)? };
+        self.settings.answers.check(render_spec.region, ready.scene.samples)?;
         // Nobody sets it twice.
-        let _ = work.expensive.set(what_is_expensive(&ready.scene, shot.region));
+        let _ = work.expensive.set(what_is_expensive(&ready.scene, render_spec.region));
         // The passes have a third of its pixels together.
-        let each = (render::PIXEL_BYTES + shot.layers.pixel_bytes()) * if show.is_some() { 2 } else { 1 };
-        let mut share = self.room_for_picture(&ready, shot.region.pixels(), each)?;
-        if shot.layers.share().is_some() {
+        let each = (render::PIXEL_BYTES + render_spec.layers.pixel_bytes()) * if show.is_some() { 2 } else { 1 };
+        let mut share = self.room_for_picture(&ready, render_spec.region.pixels(), each)?;
+        if render_spec.layers.share().is_some() {
             // A copy of the scene, in which the object shines.
             share.grow(share.bytes() + ready.bytes())?;
         }
         let ends_by_itself = ready.render.accuracy().is_budget();
         if let Some(show) = show.filter(|_| !ends_by_itself) {
-            passes(&ready, &shot, &self.memory, &work.workers, &work.control, show)?;
+            passes(&ready, &render_spec, &self.memory, &work.workers, &work.control, show)?;
         }
         let mut last = u32::MAX;
         let mut watch = show.map(|show| {
@@ -264,16 +265,16 @@ impl Service {
             }
         });
         let watcher = watch.as_mut().map(|watch| watch as Watcher<'_>);
-        let elsewhere = |shot: &RenderSpec| self.spread(work, source, &ready, shot);
+        let remote = |render_spec: &RenderSpec| self.spread(work, source, &ready, render_spec);
         let Rendered { file, report, .. } = render::make(
             work.started,
             &ready,
             loading,
-            &shot,
+            &render_spec,
             &work.workers,
             &work.control,
             watcher,
-            Some(&elsewhere).filter(|_| !ends_by_itself).map(|elsewhere| elsewhere as Elsewhere<'_>),
+            Some(&remote).filter(|_| !ends_by_itself).map(|remote| remote as RemoteRender<'_>),
         )?;
         let name = image.as_ref().map(|image| spec.name(image));
         let meta = PictureMeta::new(image.map(|image| image.to_string()), &report, &ready.scene, spec.is_whole());

@@ -30,21 +30,21 @@ impl Service {
         work: &Work,
         source: &Source,
         ready: &PreparedScene,
-        shot: &RenderSpec,
+        spec: &RenderSpec,
     ) -> Result<Option<Picture>, Cancelled> {
         let Some((farm, least)) = self.farm.as_deref().and_then(|farm| Some((farm, farm.spread?))) else {
             return Ok(None);
         };
         let slots = farm.nodes.slots();
-        if slots == 0 || ready.scene.from_files || !shot.layers.is_empty() || !farm.broker.is_connected() {
+        if slots == 0 || ready.scene.from_files || !spec.layers.is_empty() || !farm.broker.is_connected() {
             return Ok(None);
         }
         // The estimate is of the picture's own pixels, on all threads of this process.
-        let (whole, window) = (Region::whole(ready.scene.width, ready.scene.height), &shot.window);
+        let (whole, window) = (Region::whole(ready.scene.width, ready.scene.height), &spec.window);
         let (plan, _) = planned(ready, whole, &work.workers, &work.control)?;
         let Some(estimate) = plan.estimate else { return Ok(None) };
         let pixel_ms = estimate.ms * work.workers.threads() as f64 / whole.pixels() as f64;
-        let ms = pixel_ms * shot.region.pixels() as f64;
+        let ms = pixel_ms * spec.region.pixels() as f64;
         if ms / (work.workers.threads() as f64) < least.as_secs_f64() * 1e3 {
             return Ok(None);
         }
@@ -65,9 +65,9 @@ impl Service {
             limit: LIMIT,
             control: &work.control,
         };
-        let pixels = shot.region.pixels() as f64 / (FOR_EACH_SLOT * f64::from(slots));
+        let pixels = spec.region.pixels() as f64 / (FOR_EACH_SLOT * f64::from(slots));
         let edge = EDGES.into_iter().find(|edge| f64::from(*edge).powi(2) <= pixels).unwrap_or(EDGES[2]);
-        let mut tiles = OfPicture::new([window.width, window.height], shot.region, edge);
+        let mut tiles = OfPicture::new([window.width, window.height], spec.region, edge);
         finish(farm, &order, &mut tiles).map(|is_done| is_done.then_some(tiles.picture))
     }
 }

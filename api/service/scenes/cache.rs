@@ -6,8 +6,8 @@
 
 use super::files::{AssetSource, SceneFiles};
 use super::ids::BodiesDigest;
+use super::load_memory::LoadMemory;
 use super::prepared::{Loading, PreparedScene};
-use super::room::Room;
 use super::sent_scene::{Form, Key, SentScene};
 use super::store::SceneStore;
 use super::texture_folder::TextureFolder;
@@ -93,7 +93,7 @@ impl Built {
 pub(crate) type Accept<'a> = &'a (dyn Fn(&Description) -> Result<(), Error> + Sync);
 
 /// Loads a scene that depends on another one.
-type Load<'a> = &'a (dyn Fn(Original<'_>, &Room<'_>, Accept<'_>) -> Result<Loaded, NotLoaded<Error>> + Sync);
+type Load<'a> = &'a (dyn Fn(Original<'_>, &LoadMemory<'_>, Accept<'_>) -> Result<Loaded, NotLoaded<Error>> + Sync);
 
 /// What reading a scene took, of which the scene of a request is a variation.
 pub(super) struct Spent {
@@ -248,7 +248,7 @@ impl SceneCache {
         overrides: &Overrides,
         accept: Accept<'_>,
     ) -> Result<PreparedScene, Error> {
-        let load: Load<'_> = &|known, room, accept| frame.load_if(known, overrides, room, accept);
+        let load: Load<'_> = &|known, memory, accept| frame.load_if(known, overrides, memory, accept);
         let built = self.vary_by(workers, Arc::clone(original), frame.patch(), load, accept)?;
         Ok(workers.work(|| built.prepared())?)
     }
@@ -308,22 +308,22 @@ impl SceneCache {
     ) -> Result<Built, Error> {
         let &SentScene { text, ref overrides, .. } = sent;
         let files = self.files(sent.owner(workers));
-        let room = Room::new(&files, self.memory.share(text.len() as u64));
+        let memory = LoadMemory::new(&files, self.memory.share(text.len() as u64));
         let build = || {
-            let unpacked = room.unpacked(text, format)?;
+            let unpacked = memory.unpacked(text, format)?;
             let text = unpacked.as_deref().unwrap_or(text);
-            room.take(reading_bytes(text, format))?;
+            memory.take(reading_bytes(text, format))?;
             let accept = |description: &Description| {
                 accept(description)?;
-                room.take(building_bytes(description))
+                memory.take(building_bytes(description))
             };
-            let loaded = load_if(text, format, overrides, &room, &accept);
-            room.refusal()?;
+            let loaded = load_if(text, format, overrides, &memory, &accept);
+            memory.refusal()?;
             loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(build)??;
-        let original = room.base();
-        Ok(Built { loaded, original, share: room.into_share() })
+        let original = memory.base();
+        Ok(Built { loaded, original, share: memory.into_share() })
     }
 
     /// The same for what a patch and settings make of another scene.
@@ -334,7 +334,7 @@ impl SceneCache {
         (patch, overrides): (&[u8], &Overrides),
         accept: Accept<'_>,
     ) -> Result<Built, Error> {
-        let load: Load<'_> = &|known, room, accept| vary_if(known, patch, overrides, room, accept);
+        let load: Load<'_> = &|known, memory, accept| vary_if(known, patch, overrides, memory, accept);
         self.vary_by(workers, original, patch, load, accept)
     }
 
@@ -348,20 +348,20 @@ impl SceneCache {
         accept: Accept<'_>,
     ) -> Result<Built, Error> {
         let files = self.files(Some(workers.tenant()));
-        let room = Room::new(&files, self.memory.share(patch.len() as u64));
+        let memory = LoadMemory::new(&files, self.memory.share(patch.len() as u64));
         let vary = || {
             let known = original.original().ok_or(Error::Internal("the scene has no description"))?;
-            room.take(patching_bytes(patch)?)?;
+            memory.take(patching_bytes(patch)?)?;
             let accept = |description: &Description| {
                 accept(description)?;
-                room.take(known.building_bytes(description))
+                memory.take(known.building_bytes(description))
             };
-            let loaded = load(known, &room, &accept);
-            room.refusal()?;
+            let loaded = load(known, &memory, &accept);
+            memory.refusal()?;
             loaded.map_err(|error| self.assets.reason(error.into()))
         };
         let loaded = workers.work(vary)??;
-        Ok(Built { loaded, original: Some(original), share: room.into_share() })
+        Ok(Built { loaded, original: Some(original), share: memory.into_share() })
     }
 
     /// The built scene of a key, if it is in the cache and a tenant has the assets that it names.

@@ -16,7 +16,7 @@ use strahl::scene::{Description, Files, Format, KnownScene};
 const PIECE: usize = 1 << 20;
 
 /// The memory, and the files that the scene may name.
-pub(super) struct Room<'a> {
+pub(super) struct LoadMemory<'a> {
     files: &'a SceneFiles<'a>,
     /// The scene that this one is built as a variation of.
     base: Mutex<Option<Arc<PreparedScene>>>,
@@ -24,7 +24,7 @@ pub(super) struct Room<'a> {
     refused: Mutex<Option<Error>>,
 }
 
-impl<'a> Room<'a> {
+impl<'a> LoadMemory<'a> {
     /// Nothing taken yet.
     pub(super) fn new(files: &'a SceneFiles<'a>, share: Share) -> Self {
         Self { files, base: Mutex::default(), share: Mutex::new(share), refused: Mutex::default() }
@@ -69,7 +69,7 @@ impl<'a> Room<'a> {
     }
 }
 
-impl Files for Room<'_> {
+impl Files for LoadMemory<'_> {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
         let bytes = self.files.read(name)?;
         // An asset may be a large model.

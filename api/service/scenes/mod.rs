@@ -3,8 +3,8 @@
 pub(crate) mod cache;
 pub(crate) mod files;
 pub(crate) mod ids;
+mod load_memory;
 pub(crate) mod prepared;
-mod room;
 pub(crate) mod sent_scene;
 pub(crate) mod shared_scenes;
 pub(crate) mod store;

@@ -6,6 +6,7 @@
 
 use super::ids::{is_id_of_text, is_scene_id};
 use super::shared_scenes::SharedScenes;
+use crate::service::is_tenant_name;
 use crate::service::storage::blob_store::{BlobKind, BlobStore};
 use crate::service::storage::lru_cache::LruCache;
 use std::io;
@@ -15,9 +16,8 @@ use strahl::scene::Format;
 /// Texts and claims in a folder. A scene that was accepted outlives a power cut.
 pub(crate) const KIND: BlobKind = BlobKind {
     is_name: |name| {
-        let (id, tenant) = name.split_once('.').unwrap_or((name, ""));
-        let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-        is_scene_id(id) && tenant.len() <= 64 && tenant.bytes().all(plain)
+        let (id, tenant) = name.split_once('.').map_or((name, None), |(id, tenant)| (id, Some(tenant)));
+        is_scene_id(id) && tenant.is_none_or(is_tenant_name)
     },
     durable: true,
 };

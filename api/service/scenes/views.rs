@@ -2,8 +2,8 @@
 //! nothing is read, decoded and built again.
 
 use super::cache::{Accept, Built, SceneCache, Spent};
+use super::load_memory::LoadMemory;
 use super::prepared::PreparedScene;
-use super::room::Room;
 use super::sent_scene::{Form, Key, SentScene};
 use crate::service::error::Error;
 use crate::service::memory_budget::Share;
@@ -69,19 +69,19 @@ impl SceneCache {
         accept: Accept<'_>,
     ) -> Result<Option<(Loaded, Share)>, Error> {
         let files = self.files(sent.owner(workers));
-        let room = Room::new(&files, self.memory.share(sent.text.len() as u64));
+        let memory = LoadMemory::new(&files, self.memory.share(sent.text.len() as u64));
         let again = || {
             let lost = Error::Internal("a view of a model has no description");
             let (original, views) = (base.original().ok_or(lost.clone())?, base.views.as_ref().ok_or(lost)?);
             let accept = |description: &Description| {
                 accept(description)?;
-                room.take(original.building_bytes(description))
+                memory.take(original.building_bytes(description))
             };
-            let loaded = views.again(original, &sent.overrides, &room, &accept);
-            room.refusal()?;
+            let loaded = views.again(original, &sent.overrides, &memory, &accept);
+            memory.refusal()?;
             loaded.map_err(Error::from)
         };
         let loaded = workers.work(again)??;
-        Ok(loaded.map(|loaded| (loaded, room.into_share())))
+        Ok(loaded.map(|loaded| (loaded, memory.into_share())))
     }
 }

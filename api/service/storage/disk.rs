@@ -230,7 +230,7 @@ pub(crate) enum Change {
 
 #[cfg(test)]
 fn note(change: impl FnOnce() -> Change) {
-    super::journal::note(change());
+    super::test_journal::note(change());
 }
 
 #[cfg(not(test))]
@@ -239,7 +239,7 @@ fn note(_: impl FnOnce() -> Change) {}
 /// Whether a test lets the disk take nothing.
 #[cfg(test)]
 fn room(path: &Path) -> io::Result<()> {
-    super::journal::room(path)
+    super::test_journal::room(path)
 }
 
 #[cfg(not(test))]

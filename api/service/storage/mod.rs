@@ -5,11 +5,11 @@ pub(crate) mod blobs;
 pub(crate) mod disk;
 pub(crate) mod folder;
 pub(crate) mod hit_counter;
-#[cfg(test)]
-pub(crate) mod journal;
 mod left_behind;
 pub(crate) mod lru_cache;
 pub(crate) mod objects;
 pub(crate) mod revisions;
 pub(crate) mod seen_by;
 pub(crate) mod shared_blobs;
+#[cfg(test)]
+pub(crate) mod test_journal;

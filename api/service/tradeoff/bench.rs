@@ -22,7 +22,7 @@ const SLACK: f64 = 0.02;
 pub(super) const LEAST_SLACK_MS: f64 = 50.0;
 
 /// The scene in both precisions, and the time limit.
-pub(super) struct Stage<'a> {
+pub(super) struct TradeoffBench<'a> {
     pub(super) single: Scene,
     pub(super) double: Scene,
     camera: Camera,
@@ -42,9 +42,9 @@ pub(super) struct Stage<'a> {
     pub(super) watch: Watch<'a>,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> TradeoffBench<'a> {
     /// Builds the scene in the other precision. Also returns the settings that the scene asks for.
-    pub(super) fn set(
+    pub(super) fn build(
         loaded: Loaded,
         files: &dyn Files,
         started: Instant,
@@ -83,11 +83,11 @@ impl<'a> Stage<'a> {
         let left_out = LeftOut::of(render.accuracy(), adaptive);
         let part = "choices";
         let began = started;
-        let stage =
+        let bench =
             Self { single, double, camera, held, left_out, began, started, seconds, workers, control, part, watch };
         let is_fixed = matches!(render.accuracy(), Accuracy::Fixed(_));
         let asked = Settings {
-            max_depth: if is_fixed { Some(render.fixed_depth()) } else { stage.proved_depth() },
+            max_depth: if is_fixed { Some(render.fixed_depth()) } else { bench.proved_depth() },
             min_weight: render.fixed_weight(),
             max_codes: match render.accuracy() {
                 Accuracy::Fixed(_) => None,
@@ -98,7 +98,7 @@ impl<'a> Stage<'a> {
             antialias,
             precision: render.precision,
         };
-        Ok((stage, asked))
+        Ok((bench, asked))
     }
 
     /// The depth of the pictures that proofs are held against. None: recursion without end.
@@ -112,7 +112,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Begins the next part, which may take some seconds.
-    pub(super) fn go_on(&mut self, part: &'static str, seconds: f64) {
+    pub(super) fn begin_part(&mut self, part: &'static str, seconds: f64) {
         (self.part, self.started, self.seconds) = (part, Instant::now(), seconds.max(0.0));
     }
 
@@ -122,7 +122,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Seconds until a share of the time has passed, below 0 after it.
-    pub(super) fn left(&self, share: f64) -> f64 {
+    pub(super) fn seconds_left(&self, share: f64) -> f64 {
         share * self.seconds - self.elapsed()
     }
 
@@ -137,19 +137,19 @@ impl<'a> Stage<'a> {
     }
 
     /// A picture with some settings. None if it is not finished before a share of the time has passed.
-    pub(super) fn shoot(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
-        self.shoot_within(settings, f64::INFINITY, end)
+    pub(super) fn render_picture(&mut self, settings: Settings, end: f64) -> Result<Option<Picture>, Cancelled> {
+        self.render_within(settings, f64::INFINITY, end)
     }
 
     /// The same. None also if it takes longer than some milliseconds.
-    pub(super) fn shoot_within(
+    pub(super) fn render_within(
         &mut self,
         settings: Settings,
         most_ms: f64,
         end: f64,
     ) -> Result<Option<Picture>, Cancelled> {
         self.control.set_progress(milliseconds(self.began) as u64, self.control.total());
-        let left = self.left(end).min(most_ms / 1e3);
+        let left = self.seconds_left(end).min(most_ms / 1e3);
         let Settings { max_depth, min_weight, max_codes, samples, antialias, precision } = settings;
         let scene = match precision {
             Precision::Single => &mut self.single,

@@ -2,18 +2,18 @@
 //! picture. Each part begins with very small pictures and goes on to larger ones: references first, then all settings, at the
 //! end round by round.
 
+mod bench;
 mod choices;
 mod level;
 pub(crate) mod progress;
 mod references;
-mod stage;
 
 use crate::service::clock::milliseconds;
 use crate::service::scheduler::pool::Workers;
-use level::Level;
+use bench::TradeoffBench;
+use level::MeasuredSize;
 use progress::Watch;
 use references::{Positions, positions};
-use stage::Stage;
 use std::time::{Instant, SystemTime};
 use strahl::lanes::instructions;
 use strahl::render::{Cancelled, Control, RenderOptions};
@@ -80,12 +80,12 @@ pub(crate) fn measure(
     control.set_progress(0, (seconds * 1e3) as u64);
     let load_ms = milliseconds(started);
     let name = loaded.description.name.clone();
-    let (mut stage, asked) = Stage::set(loaded, files, started, CHOICES * seconds, workers, control, watch)?;
-    let asked_size = [stage.single.width, stage.single.height];
-    let choices = choices::measure(&mut stage, asked, load_ms)?;
+    let (mut bench, asked) = TradeoffBench::build(loaded, files, started, CHOICES * seconds, workers, control, watch)?;
+    let asked_size = [bench.single.width, bench.single.height];
+    let choices = choices::measure(&mut bench, asked, load_ms)?;
 
-    stage.go_on("points", seconds - stage.elapsed());
-    let mut points = points(asked, stage.left_out, stage.proved_depth());
+    bench.begin_part("points", seconds - bench.elapsed());
+    let mut points = points(asked, bench.left_out, bench.proved_depth());
     let settings: Vec<Settings> = points.iter().map(|point| point.settings).collect();
     let part = Part {
         asked,
@@ -95,15 +95,16 @@ pub(crate) fn measure(
         rounds: 9,
         comparisons: 2.0,
     };
-    let level = Level::largest(&mut stage, &settings, &part)?;
-    let sampling = level.references.as_ref().map(|references| references.sampling(&stage)).unwrap_or_default();
+    let level = MeasuredSize::largest(&mut bench, &settings, &part)?;
+    let sampling = level.references.as_ref().map(|references| references.sampling(&bench)).unwrap_or_default();
     let mut thumbnails = vec![None; points.len()];
-    for ((point, thumbnails), shot) in points.iter_mut().zip(&mut thumbnails).zip(&level.shots) {
-        let Some(shot) = shot else { continue };
-        (point.rays, point.proved_codes, point.time) = (Some(shot.rays), shot.proved_codes, Times::of(&shot.times));
+    for ((point, thumbnails), setting) in points.iter_mut().zip(&mut thumbnails).zip(&level.measured) {
+        let Some(setting) = setting else { continue };
+        (point.rays, point.proved_codes, point.time) =
+            (Some(setting.rays), setting.proved_codes, Times::of(&setting.times));
         if let Some(references) = &level.references {
-            point.measured = references.errors(&stage, point.settings, &shot.codes, &sampling);
-            *thumbnails = Some(references.thumbnails(point.settings, &shot.codes));
+            point.measured = references.errors(&bench, point.settings, &setting.codes, &sampling);
+            *thumbnails = Some(references.thumbnails(point.settings, &setting.codes));
         }
     }
 

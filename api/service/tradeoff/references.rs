@@ -1,6 +1,6 @@
 //! The reference pictures.
 
-use super::stage::{LEAST_SLACK_MS, Stage};
+use super::bench::{LEAST_SLACK_MS, TradeoffBench};
 use strahl::metrics::{Difference, Image8};
 use strahl::render::Cancelled;
 use strahl::scene::description::Precision;
@@ -63,7 +63,7 @@ impl Reach {
     /// settings, and what one more changes. One sample in the middle of each pixel tells it.
     pub(super) fn finest(
         self,
-        stage: &mut Stage<'_>,
+        bench: &mut TradeoffBench<'_>,
         (all_ms, round_ms): (f64, f64),
         end: f64,
     ) -> Result<Self, Cancelled> {
@@ -73,10 +73,10 @@ impl Reach {
         let mut best = self;
         // The picture before, and the time of the first.
         let mut before: Option<(Image8, f64)> = None;
-        let mut patience_ms = all_ms + stage.slack_ms();
+        let mut patience_ms = all_ms + bench.slack_ms();
         for min_weight in WEIGHTS.into_iter().filter(|weight| *weight <= self.settings.min_weight) {
             let reach = Self { settings: Settings { min_weight, ..self.settings }, finer: None };
-            let Some(picture) = stage.shoot_within(reach.with((1, false)), patience_ms, end)? else { break };
+            let Some(picture) = bench.render_within(reach.with((1, false)), patience_ms, end)? else { break };
             let codes = Image8::from(&picture.film);
             let (first_ms, change) = before.as_ref().map_or((picture.trace_ms, None), |(before, first_ms)| {
                 (*first_ms, Some(Finer { min_weight, max_codes: largest_difference(before, &codes) }))
@@ -89,7 +89,7 @@ impl Reach {
                 best.finer = change;
                 break;
             }
-            patience_ms = 20.0 * picture.trace_ms + stage.slack_ms();
+            patience_ms = 20.0 * picture.trace_ms + bench.slack_ms();
             (best, before) = (reach, Some((codes, first_ms)));
         }
         Ok(best)
@@ -119,7 +119,7 @@ pub(super) struct References {
 impl References {
     /// Traces those that are done before a share of the time has passed. None if none is.
     pub(super) fn trace(
-        stage: &mut Stage<'_>,
+        bench: &mut TradeoffBench<'_>,
         all: &[Positions],
         reach: Reach,
         most_ms: f64,
@@ -128,7 +128,7 @@ impl References {
         let mut references = Self { reach, by_positions: Vec::new(), dropped: 0, all_ms: 0.0 };
         for &positions in all {
             let left_ms = most_ms - references.all_ms;
-            let Some(picture) = stage.shoot_within(reach.with(positions), left_ms, end)? else { break };
+            let Some(picture) = bench.render_within(reach.with(positions), left_ms, end)? else { break };
             references.all_ms += picture.trace_ms;
             references.dropped += picture.rays.dropped;
             references.by_positions.push((positions, Image8::from(&picture.film)));
@@ -159,15 +159,15 @@ impl References {
     }
 
     /// Sampling errors of the patterns.
-    pub(super) fn sampling(&self, stage: &Stage<'_>) -> Vec<(Positions, Option<Difference>)> {
-        let error = |codes: &Image8| self.best().and_then(|best| stage.compare(best, codes));
+    pub(super) fn sampling(&self, bench: &TradeoffBench<'_>) -> Vec<(Positions, Option<Difference>)> {
+        let error = |codes: &Image8| self.best().and_then(|best| bench.compare(best, codes));
         self.by_positions.iter().map(|(positions, codes)| (*positions, error(codes))).collect()
     }
 
     /// Errors of a picture. A picture that follows rays further than its reference has no error of truncation.
     pub(super) fn errors(
         &self,
-        stage: &Stage<'_>,
+        bench: &TradeoffBench<'_>,
         settings: Settings,
         picture: &Image8,
         sampling: &[(Positions, Option<Difference>)],
@@ -177,9 +177,9 @@ impl References {
         let comparable = settings.max_codes.is_some() || own.max_codes.is_some() || !is_further;
         let positions = settings.positions();
         Errors {
-            truncation: self.of(positions).filter(|_| comparable).and_then(|same| stage.compare(same, picture)),
+            truncation: self.of(positions).filter(|_| comparable).and_then(|same| bench.compare(same, picture)),
             sampling: sampling.iter().find(|(known, _)| *known == positions).and_then(|(_, error)| *error),
-            total: self.best().and_then(|best| stage.compare(best, picture)),
+            total: self.best().and_then(|best| bench.compare(best, picture)),
         }
     }
 

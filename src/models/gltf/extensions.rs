@@ -2,7 +2,7 @@
 
 use super::super::fault::{Fault, Faults, Kind, Subject, Warning, warn};
 use super::json::Document;
-use crate::words::list;
+use crate::enum_names::list;
 
 /// Unknown extensions that a warning names.
 const SHOWN: usize = 5;

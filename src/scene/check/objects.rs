@@ -3,7 +3,9 @@
 use super::findings::Findings;
 use super::materials::check_material;
 use super::path::Path;
-use crate::scene::description::{Description, Look, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed};
+use crate::scene::description::{
+    Appearance, Description, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed,
+};
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
 use crate::scene::transform::affine;
@@ -53,32 +55,32 @@ impl Counter<'_> {
 
     fn object(&mut self, at: Path<'_>, object: &Object) {
         let f = &mut *self.findings;
-        let look = match object {
+        let appearance = match object {
             Object::Sphere(o) => {
                 f.point(at.key("center"), &o.center);
                 f.length(at.key("radius"), o.radius);
-                o.look()
+                o.appearance()
             }
             Object::Plane(o) => {
                 f.point(at.key("point"), &o.point);
                 f.direction(at.key("normal"), &o.normal);
-                o.look()
+                o.appearance()
             }
             Object::Disc(o) => {
                 f.point(at.key("center"), &o.center);
                 f.direction(at.key("normal"), &o.normal);
                 f.length(at.key("radius"), o.radius);
-                o.look()
+                o.appearance()
             }
             Object::Triangle(o) => {
                 self.triangles += 1;
                 flat_points(f, at, &o.vertices, "triangle");
-                o.look()
+                o.appearance()
             }
             Object::Quad(o) => {
                 self.triangles += 2;
                 flat_points(f, at, &o.vertices, "quad");
-                o.look()
+                o.appearance()
             }
             Object::Box(o) => {
                 let sound = f.point(at.key("min"), &o.min) & f.point(at.key("max"), &o.max);
@@ -92,12 +94,12 @@ impl Counter<'_> {
                         "equals min in more than one coordinate: the box has no area",
                     );
                 }
-                o.look()
+                o.appearance()
             }
             Object::Cylinder(o) => {
                 axis(f, at, &o.base, &o.top);
                 f.length(at.key("radius"), o.radius);
-                o.look()
+                o.appearance()
             }
             Object::Cone(o) => {
                 axis(f, at, &o.base, &o.top);
@@ -109,7 +111,7 @@ impl Counter<'_> {
                 if o.base_radius == 0.0 && o.top_radius == 0.0 {
                     f.add(at.key("base_radius"), Code::Degenerate, "and top_radius must not both be 0");
                 }
-                o.look()
+                o.appearance()
             }
             Object::Torus(o) => {
                 f.point(at.key("center"), &o.center);
@@ -120,12 +122,12 @@ impl Counter<'_> {
                     let detail = format!("must be below major_radius, {}, is {}", o.major_radius, o.minor_radius);
                     f.add(at.key("minor_radius"), Code::OutOfRange, detail);
                 }
-                o.look()
+                o.appearance()
             }
             Object::Mesh(o) => {
                 self.triangles += o.faces.len() as u64;
                 check_mesh(f, at, o);
-                o.look()
+                o.appearance()
             }
             Object::Polygon(o) => {
                 self.triangles += o.vertices.len().saturating_sub(2) as u64;
@@ -133,7 +135,7 @@ impl Counter<'_> {
                 if self.polygon_work <= limits::POLYGON_WORK.max {
                     check_polygon(f, at, &o.vertices);
                 }
-                o.look()
+                o.appearance()
             }
             Object::Group(o) => {
                 check_placement(f, at, &o.transform, o.motion, o.name.as_deref());
@@ -163,15 +165,15 @@ impl Counter<'_> {
             Object::Mesh(mesh) => [mesh.uvs.is_some(), mesh.uvs1.is_some()],
             _ => [false; 2],
         };
-        self.material(at, look, sets);
+        self.material(at, appearance, sets);
     }
 
     /// `sets`: which texture coordinates the object has.
-    fn material(&mut self, at: Path<'_>, look: Look<'_>, sets: [bool; 2]) {
-        if let Some(name) = look.name {
+    fn material(&mut self, at: Path<'_>, appearance: Appearance<'_>, sets: [bool; 2]) {
+        if let Some(name) = appearance.name {
             self.findings.name(at.key("name"), name);
         }
-        let Some(name) = look.material else { return };
+        let Some(name) = appearance.material else { return };
         if !self.findings.name(at.key("material"), name) {
             return;
         }

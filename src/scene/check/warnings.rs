@@ -114,15 +114,18 @@ fn of_import(description: &Description) -> impl Iterator<Item = Problem> {
     holds.map(|warning| Problem::new("", warning.code.into(), warning.detail.clone()))
 }
 
-/// Materials that glow and are not looked for, where rays bring light. Small bodies of them are met by so few rays that the estimate
+/// Materials that glow and are not looked for, with global illumination. Small bodies of them are met by so few rays that the estimate
 /// may know of none.
 fn found_by_chance<R: Real>(description: &Description, world: &World<R>) -> impl Iterator<Item = Problem> {
-    let traced = world.effects.has(Effect::GlobalIllumination);
+    let global_illumination = world.effects.has(Effect::GlobalIllumination);
     let materials = description.materials.iter().zip(&world.materials).zip(&world.usage.materials).enumerate();
     let by_chance = materials.filter(move |(i, ((_, material), used))| {
         let glows =
             material.pbr.as_ref().map_or(shows(material.emission), |pbr| !pbr.unlit && pbr.emissive.factor != [0.0; 3]);
-        traced && used.anywhere && glows && world.emitters.as_ref().is_none_or(|emitters| emitters.density(*i) == 0.0)
+        global_illumination
+            && used.anywhere
+            && glows
+            && world.emitters.as_ref().is_none_or(|emitters| emitters.density(*i) == 0.0)
     });
     by_chance.map(|(_, (((name, _), _), _))| {
         let detail = "it glows, and rays find it by chance: small bodies of it bring noise that the estimate of the error may \

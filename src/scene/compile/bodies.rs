@@ -2,7 +2,7 @@
 
 use crate::accel::{Attributes, Mesh, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{self as d, Look, Object, Vec3, is_collapsed};
+use crate::scene::description::{self as d, Appearance, Object, Vec3, is_collapsed};
 use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
@@ -68,32 +68,39 @@ impl Kept {
     }
 }
 
-pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>) {
+pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Appearance<'_>) {
     let number = R::from_f64;
     let point = |p: Vec3| p.map(R::from_f64);
     let vector = DVec3::from_array;
     let plane =
         |at: Vec3, normal: Vec3| Plane { point: point(at), normal: point(vector(normal).normalize().to_array()) };
     match object {
-        Object::Sphere(o) => (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.look()),
-        Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.look()),
-        Object::Disc(o) => (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.look()),
-        Object::Triangle(o) => (Shape::Mesh(mesh(&o.vertices, Arc::clone(&TRIANGLE), None, None).into()), o.look()),
-        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, Arc::clone(&QUAD), None, None).into()), o.look()),
-        Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.look()),
+        Object::Sphere(o) => {
+            (Shape::Sphere(Sphere { center: point(o.center), radius: number(o.radius) }), o.appearance())
+        }
+        Object::Plane(o) => (Shape::Plane(plane(o.point, o.normal)), o.appearance()),
+        Object::Disc(o) => {
+            (Shape::Disc(Disc { plane: plane(o.center, o.normal), radius: number(o.radius) }), o.appearance())
+        }
+        Object::Triangle(o) => {
+            (Shape::Mesh(mesh(&o.vertices, Arc::clone(&TRIANGLE), None, None).into()), o.appearance())
+        }
+        Object::Quad(o) => (Shape::Mesh(mesh(&o.vertices, Arc::clone(&QUAD), None, None).into()), o.appearance()),
+        Object::Box(o) => (Shape::Cuboid(Cuboid { min: point(o.min), max: point(o.max) }), o.appearance()),
         Object::Cylinder(o) => {
-            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.look())
+            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.radius, o.radius, o.capped)), o.appearance())
         }
-        Object::Cone(o) => {
-            (Shape::Frustum(frustum(vector(o.base), vector(o.top), o.base_radius, o.top_radius, o.capped)), o.look())
-        }
+        Object::Cone(o) => (
+            Shape::Frustum(frustum(vector(o.base), vector(o.top), o.base_radius, o.top_radius, o.capped)),
+            o.appearance(),
+        ),
         Object::Torus(o) => {
             let torus = Torus {
                 frame: Frame::new(vector(o.center), vector(o.axis).normalize()),
                 major_radius: number(o.major_radius),
                 minor_radius: number(o.minor_radius),
             };
-            (Shape::Torus(Box::new(torus)), o.look())
+            (Shape::Torus(Box::new(torus)), o.appearance())
         }
         Object::Mesh(o) => {
             let mut mesh =
@@ -105,11 +112,11 @@ pub(super) fn shape<R: Real>(object: &Object, kept: Kept) -> (Shape<R>, Look<'_>
                 let tangents = tangents.map(|tangent| tangent.map(R::from_f64)).collect();
                 mesh.attributes = Some(Box::new(Attributes { uvs, colors, tangents }));
             }
-            (Shape::Mesh(mesh.into()), o.look())
+            (Shape::Mesh(mesh.into()), o.appearance())
         }
         Object::Polygon(o) => {
             let faces = triangulate(&o.vertices).unwrap_or_default();
-            (Shape::Mesh(mesh(&o.vertices, faces.into(), None, None).into()), o.look())
+            (Shape::Mesh(mesh(&o.vertices, faces.into(), None, None).into()), o.appearance())
         }
         Object::Group(_) | Object::Instance(_) | Object::Model(_) => {
             unreachable!("groups, instances and models are no shapes")

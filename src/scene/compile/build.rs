@@ -2,7 +2,7 @@
 
 use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
-use super::effects::{disperses, hides_nothing, settle};
+use super::effects::{casts_no_shadow, derive_flags, disperses};
 use super::emitters::emitters;
 use super::geometries::Builder;
 use super::known::Known;
@@ -10,7 +10,7 @@ use super::lights::light;
 use super::materials::narrow_rgb;
 use super::pbr;
 use super::surroundings::{seen_around, surroundings};
-use super::{CompileOptions, Sources, contact, unseen};
+use super::{CompileOptions, Sources, contact, prune};
 use crate::accel::{Blockers, Bounds};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::Basis;
@@ -62,19 +62,19 @@ pub(super) fn build<R: Real>(
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
     let (background, mut environment) = seen_around(description, pictures);
     let is_uniform = environment.is_none();
-    builder.usage.enclosed = builder.hidden.surroundings;
+    builder.usage.enclosed = builder.occluded.eye_is_enclosed;
     if builder.usage.enclosed {
         environment = None;
     }
     let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
-    let faithful = pbr::traces_light(render);
+    let global_illumination = pbr::wants_global_illumination(render);
     let catches = builder.materials.iter().any(Material::catches_shadows);
     let fades = builder.materials.iter().any(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.edge_fade > 0.0));
     // What catches shadows has no rays of its own for the light from around.
     // Inside of bodies is no fog.
     let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
     let is_hidden = in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none());
-    let without_rays = if faithful { catches && !is_hidden } else { lights_surfaces };
+    let without_rays = if global_illumination { catches && !is_hidden } else { lights_surfaces };
     let surroundings =
         environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, &builder.materials, lit_before));
     // Fog hides the surroundings from rays, not the light that surfaces have without rays.
@@ -82,17 +82,17 @@ pub(super) fn build<R: Real>(
         environment = None;
     }
     // Fog would fade the light on its way.
-    let looked_for = faithful && fog.is_none();
+    let looked_for = global_illumination && fog.is_none();
     let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));
     let emitters = looked_for.then(|| emitters(description, &builder.materials)).flatten().map(Arc::new);
-    // One of one color is ambient light, which rays bring if light is traced.
+    // One of one color is ambient light, which rays bring with global illumination.
     let around = if is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
-    let ambient = match (faithful, lights_surfaces) {
+    let ambient = match (global_illumination, lights_surfaces) {
         (true, _) => Rgb::ZERO,
         (false, true) => description.ambient.0 + around,
         (false, false) => description.ambient.0,
     };
-    if let Some((materials, moves)) = builder.hidden.usage(&builder.geometries, builder.materials.len()) {
+    if let Some((materials, moves)) = builder.occluded.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
     let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
@@ -109,7 +109,7 @@ pub(super) fn build<R: Real>(
         materials: builder.materials,
         lights,
         ambient: narrow_rgb(ambient),
-        ambient_of_catchers: narrow_rgb(if faithful { around } else { ambient }),
+        ambient_of_catchers: narrow_rgb(if global_illumination { around } else { ambient }),
         background: narrow_rgb(background),
         transparent: description.film.background != d::FilmBackground::Scene,
         behind: display(&description.film).radiance_behind().map(|color| color.map(R::from_f64)),
@@ -134,8 +134,8 @@ pub(super) fn build<R: Real>(
                 Shadows::None => None,
             },
             colors_shadows: render.shadows == Shadows::Transmissive,
-            color_bleeding: render.color_bleeding && !faithful,
-            faithful,
+            color_bleeding: render.color_bleeding && !global_illumination,
+            global_illumination,
             filter_checkers: render.filter_checkers,
             spd_counts: options.spd_counts,
         },
@@ -150,15 +150,15 @@ pub(super) fn build<R: Real>(
     if render.max_depth != Some(1) && world.has_material(disperses) {
         world.spectrum = Some(Box::new(Spectrum::visible()));
     }
-    unseen::remove_ambient_light(&mut world);
+    prune::remove_ambient_light(&mut world);
     world.ceiling = ceiling(description, &world);
     world.rules.finish(render, &world.ceiling.reach);
-    unseen::remove_unlit(&mut world);
+    prune::remove_unlit(&mut world);
     // By the counting rules of the SPD shadow rays are traced, needed or not.
-    if !options.spd_counts && (!world.is_lit() || hides_nothing(description, &world).is_some()) {
+    if !options.spd_counts && (!world.is_lit() || casts_no_shadow(description, &world).is_some()) {
         world.rules.shadows = None;
     }
-    settle(&mut world);
+    derive_flags(&mut world);
     if world.rules.shadows.is_some() && !options.spd_counts && !world.effects.has(Effect::ColoredShadows) {
         let cells = builder.obstacles.and_then(|obstacles| LightCells::new(obstacles, &world.lights));
         world.light_cells = cells.map(Arc::new);

@@ -4,7 +4,19 @@ use crate::camera::{Angular, Basis, Camera, Flat, Lens, PictureEdges};
 use crate::lanes::Real;
 use crate::math;
 use crate::scene::description as d;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+
+/// How far from the eye camera rays may start: half the diagonal of what an orthographic camera sees, the radius of a lens, else 0.
+pub(super) fn eye_radius(description: &d::Description) -> f64 {
+    match &description.camera {
+        d::Camera::Orthographic(camera) => {
+            let size = DVec2::new(f64::from(description.image.width), f64::from(description.image.height));
+            0.5 * camera.height * size.length() / size.y
+        }
+        d::Camera::Pinhole(pinhole) => 0.5 * pinhole.aperture,
+        _ => 0.0,
+    }
+}
 
 /// The camera of a description for a picture of this size.
 pub fn camera_of<R: Real>(camera: &d::Camera, basis: &Basis, width: u32, height: u32) -> Camera<R> {

@@ -61,7 +61,7 @@ fn radiance_ceiling<R: Real>(description: &Description, world: &World<R>) -> Cei
 
 /// The light that is asked for by rays, if none of them may be followed.
 fn light_without_rays<R: Real>(description: &Description, world: &World<R>) -> Option<&'static str> {
-    if description.render.fidelity == Fidelity::Faithful && !world.rules.faithful {
+    if description.render.fidelity == Fidelity::Faithful && !world.rules.global_illumination {
         Some("fidelity \"faithful\"")
     } else {
         (world.rules.color_bleeding && !world.rules.gathers()).then_some("color_bleeding")
@@ -150,9 +150,9 @@ fn surface<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         Fresnel::Conductor | Fresnel::Layered => (r_s + r_t).max(Rgb::ONE),
     };
     // Scattered light is gathered by a ray.
-    let sends = if world.rules.traces_light() { sends + diffuse } else { sends };
+    let sends = if world.rules.has_global_illumination() { sends + diffuse } else { sends };
     // A ray that stands for others weighs as much as its parent (`roulette.rs`).
-    let is_drawn = world.rules.traces_light() && world.has_material(|material, _| material.pbr.is_some());
+    let is_drawn = world.rules.has_global_illumination() && world.has_material(|material, _| material.pbr.is_some());
     let sends = if is_drawn { sends.max(Rgb::ONE) } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
@@ -190,7 +190,7 @@ fn layered<R: Real>(description: &Description, world: &World<R>, m: usize, irrad
         let of = &pbr.specular_color;
         of.texel.is_some() || of.factor.iter().any(|c| *c > 1.0 || *c != of.factor[0])
     });
-    let sends = if is_bright && world.rules.traces_light() { sends * 2.0 } else { sends };
+    let sends = if is_bright && world.rules.has_global_illumination() { sends * 2.0 } else { sends };
     MaterialBound { pointer: name.map(|name| push_token("/materials", name)), adds, sends }
 }
 
@@ -234,7 +234,7 @@ fn background<R: Real>(world: &World<R>) -> Rgb {
     if let Some(behind) = world.behind {
         most = most.max(wide(behind));
     }
-    if world.rules.traces_light() {
+    if world.rules.has_global_illumination() {
         most += world.lights.iter().filter_map(Light::disc_radiance).map(Rgb::from_array).sum::<Rgb>();
     }
     most

@@ -71,7 +71,7 @@ impl Found<'_> {
             }
             _ => {}
         }
-        let name = object.look().and_then(|look| look.material);
+        let name = object.appearance().and_then(|appearance| appearance.material);
         let Some(material) = name.and_then(|name| self.description.materials.get_index_of(name)) else { return true };
         if !self.glows[material] {
             return true;

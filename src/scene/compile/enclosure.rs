@@ -1,7 +1,7 @@
 //! Whether the eye is in a closed room: an opaque ball, box or closed mesh is all around it, as it is written or placed by transforms.
 //! Then no ray of the picture leaves the scene.
 
-use super::hidden::{Wall, is_opaque, slack};
+use super::occluded::{Wall, is_opaque, slack};
 use crate::accel::{Bounds, Geometry, Instance, Item, Mesh, Shape, distance_to_triangle};
 use crate::control;
 use crate::lanes::Real;
@@ -20,7 +20,7 @@ const MOST_TRIANGLES: usize = 1 << 20;
 
 /// Looks for rooms in a scene.
 #[derive(Debug)]
-pub(super) struct Rooms<'a, R> {
+pub(super) struct Enclosures<'a, R> {
     geometries: &'a [Geometry<R>],
     materials: &'a [Material<R>],
     /// Boxes of the meshes that were looked at: one that is placed often is measured once.
@@ -29,7 +29,7 @@ pub(super) struct Rooms<'a, R> {
     triangles: usize,
 }
 
-impl<'a, R: Real> Rooms<'a, R> {
+impl<'a, R: Real> Enclosures<'a, R> {
     /// In a scene of these geometries.
     pub(super) fn new(geometries: &'a [Geometry<R>], materials: &'a [Material<R>]) -> Self {
         Self { geometries, materials, boxes: HashMap::new(), items: MOST_ITEMS, triangles: MOST_TRIANGLES }
@@ -37,17 +37,17 @@ impl<'a, R: Real> Rooms<'a, R> {
 
     /// Whether one of some items is a room around a box. Balls and boxes are looked at before meshes, which take longer.
     pub(super) fn around(&mut self, items: &[Item<R>], eye: Bounds) -> bool {
-        [false, true].into_iter().any(|meshes| items.iter().any(|item| self.is_room(item, eye, meshes)))
+        [false, true].into_iter().any(|meshes| items.iter().any(|item| self.encloses_eye(item, eye, meshes)))
     }
 
-    fn is_room(&mut self, item: &Item<R>, eye: Bounds, meshes: bool) -> bool {
+    fn encloses_eye(&mut self, item: &Item<R>, eye: Bounds, meshes: bool) -> bool {
         match &item.shape {
             Shape::Instance(instance) if instance.motion.is_none() => {
                 let geometry = &self.geometries[instance.geometry as usize];
                 let inside = placed(instance, eye);
                 is_within(inside, geometry.extent.bounds)
                     && take(&mut self.items, geometry.items.len())
-                    && geometry.items.iter().any(|item| self.is_room(item, inside, meshes))
+                    && geometry.items.iter().any(|item| self.encloses_eye(item, inside, meshes))
             }
             _ if !is_opaque(self.materials, item) => false,
             Shape::Mesh(mesh) => meshes && item.closed && self.encloses(mesh, eye),

@@ -2,16 +2,16 @@
 
 use super::bodies::{Kept, shape, volume};
 use super::equal_meshes::EqualMeshes;
-use super::hidden::{Hidden, hidden};
 use super::known::Known;
 use super::materials::{has_colors, material};
+use super::occluded::{Occluded, occluded};
 use super::shared_eye::is_shared;
 use super::{CompileOptions, Source, Sources, contact, extent};
 use crate::accel::{Ball, BvhKind, Extent, Geometry, Instance, Item, Motion, Obstacle, Shape};
 use crate::camera::Camera;
 use crate::control;
 use crate::lanes::Real;
-use crate::scene::description::{self as d, Description, Look, Object, Vec3};
+use crate::scene::description::{self as d, Appearance, Description, Object, Vec3};
 use crate::scene::light_cells::MOST_OBSTACLES;
 use crate::scene::pictures::Pictures;
 use crate::scene::problem::push_token;
@@ -43,7 +43,7 @@ pub(super) struct Builder<'a, R> {
     camera: Camera<R>,
     /// Whether all camera rays start in the same media.
     pub(super) shared_eye: bool,
-    pub(super) hidden: Hidden,
+    pub(super) occluded: Occluded,
     /// What may be between surfaces and lights, if there are lights with an area.
     pub(super) obstacles: Option<Vec<Obstacle>>,
     pub(super) sources: Sources,
@@ -75,7 +75,7 @@ impl<'a, R: Real> Builder<'a, R> {
             pointers: Pointers::default(),
             camera,
             shared_eye: true,
-            hidden: Hidden::default(),
+            occluded: Occluded::default(),
             obstacles: None,
             sources: Sources {
                 materials: description.materials.keys().map(|name| push_token("/materials", name)).collect(),
@@ -110,7 +110,7 @@ impl<'a, R: Real> Builder<'a, R> {
         // The last geometry that is built is the scene itself.
         self.shared_eye = is_shared(self.description, &self.camera, self.usage.moves, &items, &extents);
         if !self.options.spd_counts {
-            self.hidden = hidden(self.description, &self.materials, &self.geometries, &items, &extents);
+            self.occluded = occluded(self.description, &self.materials, &self.geometries, &items, &extents);
         }
         // The slow twin has no cells either.
         let has_areas = self.options.bvh != BvhKind::Flat && self.description.lights.iter().any(d::Light::has_area);
@@ -190,12 +190,12 @@ impl<'a, R: Real> Builder<'a, R> {
                 }
                 _ => {
                     let known = self.known.as_ref().and_then(|known| known.item(source));
-                    let (shape, look) = self.shape(object, known);
-                    self.sources.entries.push(entry(look.name));
+                    let (shape, appearance) = self.shape(object, known);
+                    self.sources.entries.push(entry(appearance.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
                     // A sheet has none, and may be a body now.
                     let volume = known.filter(|item| item.closed).map(|item| item.volume);
-                    let item = self.item(object, shape, look, volume, source);
+                    let item = self.item(object, shape, appearance, volume, source);
                     into.push(item, extent::of_object::<R>(object), count);
                 }
             }
@@ -212,7 +212,7 @@ impl<'a, R: Real> Builder<'a, R> {
             _ => (false, None),
         };
         let moves = motion.is_some_and(|motion| motion.moves());
-        let hollow = object.look().is_some_and(|look| look.hollow);
+        let hollow = object.appearance().is_some_and(|appearance| appearance.hollow);
         let smooth = matches!(object, Object::Mesh(mesh) if mesh.normals.is_some());
         let notes = [
             (placed || moves, &mut usage.placed, &mut pointers.placed),
@@ -229,9 +229,9 @@ impl<'a, R: Real> Builder<'a, R> {
     }
 
     /// The shape of a body, the known one if that will do.
-    fn shape(&self, object: &'a Object, known: Option<&Item<R>>) -> (Shape<R>, Look<'a>) {
-        let look = object.look();
-        let material = look.and_then(|look| self.description.materials.get(look.material?));
+    fn shape(&self, object: &'a Object, known: Option<&Item<R>>) -> (Shape<R>, Appearance<'a>) {
+        let appearance = object.appearance();
+        let material = appearance.and_then(|appearance| self.description.materials.get(appearance.material?));
         let kept = Kept::of(object, material);
         let alike = match object {
             Object::Mesh(mesh) if known.is_none() => {
@@ -239,8 +239,10 @@ impl<'a, R: Real> Builder<'a, R> {
             }
             _ => None,
         };
-        match (known.or(alike).map(|item| &item.shape), look) {
-            (Some(Shape::Mesh(mesh)), Some(look)) if Kept::by(mesh) == kept => (Shape::Mesh(Arc::clone(mesh)), look),
+        match (known.or(alike).map(|item| &item.shape), appearance) {
+            (Some(Shape::Mesh(mesh)), Some(appearance)) if Kept::by(mesh) == kept => {
+                (Shape::Mesh(Arc::clone(mesh)), appearance)
+            }
             _ => shape(object, kept),
         }
     }
@@ -289,12 +291,12 @@ impl<'a, R: Real> Builder<'a, R> {
         &mut self,
         object: &Object,
         shape: Shape<R>,
-        look: Look<'_>,
+        appearance: Appearance<'_>,
         known_volume: Option<f64>,
         source: u32,
     ) -> Item<R> {
-        let material = self.material_of(look.material);
-        let sides = match (self.one_sided[material], look.hollow) {
+        let material = self.material_of(appearance.material);
+        let sides = match (self.one_sided[material], appearance.hollow) {
             (false, _) => Sides::Both,
             (true, false) => Sides::Outside,
             (true, true) => Sides::Inside,
@@ -307,12 +309,12 @@ impl<'a, R: Real> Builder<'a, R> {
             _ => false,
         } && !self.thin[material];
         let used = &mut self.usage.materials[material];
-        (used.anywhere, used.filled) = (true, used.filled || (closed && !look.hollow));
+        (used.anywhere, used.filled) = (true, used.filled || (closed && !appearance.hollow));
         Item {
             shape,
             material: material as u32,
             sides,
-            hollow: look.hollow,
+            hollow: appearance.hollow,
             closed,
             may_touch: false,
             has_holes: self.materials[material].has_holes(),

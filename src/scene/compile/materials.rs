@@ -16,7 +16,7 @@ pub(super) fn material<R: Real>(
     colored: bool,
 ) -> Material<R> {
     if let Some(described) = &material.pbr {
-        let mut material = pbr::material(described, pictures, pbr::traces_light(&scene.render));
+        let mut material = pbr::material(described, pictures, pbr::wants_global_illumination(&scene.render));
         pbr::show_unlit(&mut material, &scene.film);
         if !colored
             && described.opacity.as_ref().is_some_and(|opacity| is_whole(opacity))

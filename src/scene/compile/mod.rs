@@ -7,24 +7,24 @@ mod ceiling;
 mod contact;
 mod effects;
 mod emitters;
+mod enclosure;
 mod equal_meshes;
 mod extent;
 mod geometries;
-mod hidden;
 mod known;
 mod lights;
 mod materials;
+mod occluded;
 mod pbr;
-mod room;
+mod prune;
+mod scene_edits;
 mod shared_eye;
 mod surroundings;
 mod textures;
-mod unseen;
-mod vary;
 
 pub use camera::camera_of;
 pub use known::Original;
-pub(crate) use vary::LEAST_SHARE;
+pub(crate) use scene_edits::LEAST_SHARE;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
 use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
@@ -260,7 +260,7 @@ fn gathers<R: Real>(world: &World<R>) -> bool {
 }
 
 /// What is said about a world.
-struct Told {
+struct SceneFacts {
     overlap: f64,
     samples: u32,
     adaptive: bool,
@@ -273,13 +273,13 @@ fn adapts<R: Real>(named: Option<u32>, is_statistical: bool, world: &World<R>) -
     named.is_none() && !is_statistical && world.effects.needs_sampling()
 }
 
-fn told<R: Real>(
+fn scene_facts<R: Real>(
     description: &Description,
     world: &World<R>,
     built: &build::Built,
     mut warnings: Vec<Problem>,
     original: Option<Original<'_>>,
-) -> Told {
+) -> SceneFacts {
     let samples = world.effects.samples(description.render.samples);
     let is_statistical = matches!(description.render.accuracy(), Accuracy::Statistical(_));
     let adaptive = adapts(description.render.samples, is_statistical, world);
@@ -288,7 +288,7 @@ fn told<R: Real>(
     let known = original.filter(|original| original.description.render.precision == description.render.precision);
     let overlap = known.map_or_else(|| overlap(&world.geometries, world.root), |known| known.scene.overlap);
     keep_true(&mut warnings, description, world);
-    Told { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
+    SceneFacts { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
 }
 
 impl Scene {
@@ -446,17 +446,17 @@ pub(super) fn build_from(
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
-    let told = match &world {
-        Precise::Single(world) => told(description, world, &built, warnings, original),
-        Precise::Double(world) => told(description, world, &built, warnings, original),
+    let facts = match &world {
+        Precise::Single(world) => scene_facts(description, world, &built, warnings, original),
+        Precise::Double(world) => scene_facts(description, world, &built, warnings, original),
     };
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,
-        samples: told.samples,
-        adaptive: told.adaptive,
+        samples: facts.samples,
+        adaptive: facts.adaptive,
         named_samples: description.render.samples,
-        effects: told.effects,
+        effects: facts.effects,
         antialias: description.render.antialias,
         statistical: match description.render.accuracy() {
             Accuracy::Statistical(statistical) => Some(statistical),
@@ -464,9 +464,9 @@ pub(super) fn build_from(
         },
         world,
         sources: built.sources.into(),
-        warnings: told.warnings,
+        warnings: facts.warnings,
         expanded_primitives: built.expanded as u64,
-        overlap: told.overlap,
+        overlap: facts.overlap,
         picture_bytes: pictures::bytes_of(pictures.all(), &[]),
         pictures: pictures.all().to_vec(),
         assets: Vec::new(),

@@ -3,49 +3,42 @@
 //! It is proved for bodies as they are written, with room for every rounding. Rays asked for by themselves may start anywhere, so
 //! hidden bodies stay in the scene; only effects do not count them.
 
+use super::camera::eye_radius;
 use super::contact;
-use super::room::Rooms;
+use super::enclosure::Enclosures;
 use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{Camera, Description};
+use crate::scene::description::Description;
 use crate::scene::usage::Used;
 use crate::shading::material::Material;
 use crate::shape::Sides;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Distances above this share of all lengths involved are beyond all roundings.
-const CLEAR: f64 = 1.0 / 1024.0;
+pub(super) const ROUNDING_MARGIN: f64 = 1.0 / 1024.0;
 /// Most bodies that are asked what is inside of them or behind.
 const MOST_WALLS: usize = 16;
 
 /// What cannot be seen.
 #[derive(Debug, Default)]
-pub(super) struct Hidden {
+pub(super) struct Occluded {
     /// Indices of items of the scene itself, in order.
     items: Vec<usize>,
     /// Indices of those that the eye may be inside of, in order.
     around_eye: Vec<usize>,
     /// Whether the eye is in a closed room.
-    pub(super) surroundings: bool,
+    pub(super) eye_is_enclosed: bool,
 }
 
 /// What is hidden in a scene of these items.
-pub(super) fn hidden<R: Real>(
+pub(super) fn occluded<R: Real>(
     description: &Description,
     materials: &[Material<R>],
     geometries: &[Geometry<R>],
     items: &[Item<R>],
     extents: &[Option<Extent>],
-) -> Hidden {
-    let around = match &description.camera {
-        // Its rays start all over the picture.
-        Camera::Orthographic(camera) => {
-            let size = DVec2::new(f64::from(description.image.width), f64::from(description.image.height));
-            0.5 * camera.height * size.length() / size.y
-        }
-        Camera::Pinhole(pinhole) => 0.5 * pinhole.aperture,
-        _ => 0.0,
-    };
+) -> Occluded {
+    let around = eye_radius(description);
     let eye = DVec3::from_array(description.camera.view().eye);
     let around_eye = Bounds { min: eye - around, max: eye + around };
     let walls = || items.iter().filter(|item| is_opaque(materials, item)).filter_map(Wall::of);
@@ -62,14 +55,14 @@ pub(super) fn hidden<R: Real>(
         None => bounds.is_some_and(|bounds| Wall::Block(bounds).excludes(around_eye)),
     };
     let numbered = || items.iter().zip(boxes.iter().copied()).enumerate();
-    Hidden {
+    Occluded {
         items: numbered().filter(|(_, (_, bounds))| bounds.is_some_and(hides)).map(|(index, _)| index).collect(),
         around_eye: numbered().filter(|(_, each)| !beside_eye(*each)).map(|(index, _)| index).collect(),
-        surroundings: Rooms::new(geometries, materials).around(items, around_eye),
+        eye_is_enclosed: Enclosures::new(geometries, materials).around(items, around_eye),
     }
 }
 
-impl Hidden {
+impl Occluded {
     /// How materials are used, and whether anything moves, but for what is hidden; `None` if nothing is, nor around the eye.
     pub(super) fn usage<R: Real>(&self, geometries: &[Geometry<R>], materials: usize) -> Option<(Vec<Used>, bool)> {
         if self.items.is_empty() && self.around_eye.is_empty() {
@@ -185,5 +178,5 @@ impl Wall {
 
 /// Room for roundings.
 pub(super) fn slack(size: f64, bounds: Bounds) -> f64 {
-    CLEAR * (size + bounds.min.abs().max(bounds.max.abs()).max_element())
+    ROUNDING_MARGIN * (size + bounds.min.abs().max(bounds.max.abs()).max_element())
 }

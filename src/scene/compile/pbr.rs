@@ -21,13 +21,13 @@ use crate::shading::texture::lookup::Sampler;
 use crate::shading::texture::pattern::Textures;
 use crate::shading::texture::uv::UvMapping;
 
-/// Whether rays bring light to the lobes of a scene's surfaces.
-pub(super) fn traces_light(render: &RenderSettings) -> bool {
+/// Whether the settings ask for global illumination, and for rays beyond the first.
+pub(super) fn wants_global_illumination(render: &RenderSettings) -> bool {
     render.fidelity == Fidelity::Faithful && render.max_depth != Some(1)
 }
 
-/// `traced`: whether rays bring light to its lobes.
-pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced: bool) -> Material<R> {
+/// `global_illumination`: whether rays bring light to its lobes.
+pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, global_illumination: bool) -> Material<R> {
     if described.shadow_catcher {
         // Nothing of it is there until a shadow falls on it, and that is black.
         let clear = d::Pbr {
@@ -77,8 +77,8 @@ pub(super) fn material<R: Real>(described: &d::Pbr, pictures: &Pictures, traced:
     let textures = Textures { bump, clearcoat, ..Textures::default() };
     let textures = (!textures.is_plain()).then(|| Box::new(textures));
     let white = |on: bool| narrow_rgb(if on { Rgb::ONE } else { Rgb::ZERO });
-    let (mirrors, passing) = (most.mirrors(&pbr) || (traced && !pbr.unlit), most.passing(&pbr));
-    let rough = if traced && !pbr.unlit { most.most(&pbr.roughness).powi(2) } else { 0.0 };
+    let (mirrors, passing) = (most.mirrors(&pbr) || (global_illumination && !pbr.unlit), most.passing(&pbr));
+    let rough = if global_illumination && !pbr.unlit { most.most(&pbr.roughness).powi(2) } else { 0.0 };
     Material {
         ambient: Some(BaseColor::Uniform(white(!pbr.unlit))),
         diffuse: BaseColor::Uniform(narrow_rgb(most.scattered(&pbr))),

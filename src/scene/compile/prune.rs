@@ -38,7 +38,8 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     let scattered = world.has_material(|material, _| receives(material));
     world.lights.retain(|light| scattered && shows(light.color));
     let lit = world.is_lit();
-    let scattering = lit || world.rules.gathers() || world.rules.traces_light() || world.surroundings.is_some();
+    let scattering =
+        lit || world.rules.gathers() || world.rules.has_global_illumination() || world.surroundings.is_some();
     let ambient = shows(world.ambient);
     for material in &mut world.materials {
         let own_ambient = material.ambient.is_some();

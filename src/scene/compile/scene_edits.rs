@@ -2,7 +2,7 @@
 
 use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
-use super::effects::{black, remove, settle};
+use super::effects::{black, derive_flags, remove};
 use super::{Precise, Scene, adapts};
 use crate::accel::Shape;
 use crate::bound::ceiling::Ceiling;
@@ -53,7 +53,7 @@ impl Scene {
         fn set<R: Real>(world: &mut World<R>, max_depth: u32, pruning: Pruning) {
             (world.rules.max_depth, world.rules.pruning) = (max_depth, pruning);
             // Effects of rays that leave surfaces are on only where such rays are followed.
-            settle(world);
+            derive_flags(world);
         }
         match &mut self.world {
             Precise::Single(world) => set(world, max_depth, pruning),
@@ -185,6 +185,6 @@ fn glowing<R: Real>(world: &World<R>, shines: impl Fn(u32) -> bool) -> World<R> 
         geometries[geometry].items = items;
     }
     world.geometries = geometries.into();
-    settle(&mut world);
+    derive_flags(&mut world);
     world
 }

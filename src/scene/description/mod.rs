@@ -38,8 +38,8 @@ pub(in crate::scene) use models::{ModelBodies, ModelPlace};
 pub use models::{PlacedModel, ReadModels, UpAxis};
 pub(crate) use object::is_collapsed;
 pub use object::{
-    AxisBox, Cone, Cylinder, Disc, Group, Instance, Look, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation, Scale,
-    Sphere, Torus, Transform, Triangle,
+    Appearance, AxisBox, Cone, Cylinder, Disc, Group, Instance, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation,
+    Scale, Sphere, Torus, Transform, Triangle,
 };
 pub use pbr::{AlphaMode, Attenuation, Opacity, Pbr};
 pub(in crate::scene) use picture_names::PictureNames;

@@ -4,7 +4,7 @@ use super::object::{Motion, Object, Transform};
 use super::picture_names::PictureNames;
 use super::sameness::{are_same, are_same_definitions};
 use super::{Description, Fidelity, Material};
-use crate::models::Which;
+use crate::models::NameOrIndex;
 use crate::scene::named::{self, Named};
 use crate::scene::problem::Problem;
 use schemars::JsonSchema;
@@ -25,14 +25,14 @@ pub struct PlacedModel {
     pub scene: Option<u32>,
     /// Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub animation: Option<Which>,
+    pub animation: Option<NameOrIndex>,
     /// Seconds since the start of the animation, at least 0, of the first one if none is named.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub t: Option<f64>,
     /// Which of its variants of materials, by its place from 0 or its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub variant: Option<Which>,
+    pub variant: Option<NameOrIndex>,
     /// Which axis of it is up. Default: z for STL, y for all else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,

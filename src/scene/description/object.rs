@@ -52,19 +52,19 @@ impl Object {
     }
 
     /// Material, name and hollowness of a body; `None` for groups, instances and models.
-    pub fn look(&self) -> Option<Look<'_>> {
+    pub fn appearance(&self) -> Option<Appearance<'_>> {
         Some(match self {
-            Self::Sphere(o) => o.look(),
-            Self::Plane(o) => o.look(),
-            Self::Disc(o) => o.look(),
-            Self::Triangle(o) => o.look(),
-            Self::Quad(o) => o.look(),
-            Self::Box(o) => o.look(),
-            Self::Cylinder(o) => o.look(),
-            Self::Cone(o) => o.look(),
-            Self::Torus(o) => o.look(),
-            Self::Mesh(o) => o.look(),
-            Self::Polygon(o) => o.look(),
+            Self::Sphere(o) => o.appearance(),
+            Self::Plane(o) => o.appearance(),
+            Self::Disc(o) => o.appearance(),
+            Self::Triangle(o) => o.appearance(),
+            Self::Quad(o) => o.appearance(),
+            Self::Box(o) => o.appearance(),
+            Self::Cylinder(o) => o.appearance(),
+            Self::Cone(o) => o.appearance(),
+            Self::Torus(o) => o.appearance(),
+            Self::Mesh(o) => o.appearance(),
+            Self::Polygon(o) => o.appearance(),
             Self::Group(_) | Self::Instance(_) | Self::Model(_) => return None,
         })
     }
@@ -74,7 +74,7 @@ impl Object {
 ///
 /// Not flattened with serde (that would lose error paths), so each body lists the keys itself.
 #[derive(Debug, Clone, Copy)]
-pub struct Look<'a> {
+pub struct Appearance<'a> {
     /// Name of the material; none is the default material.
     pub material: Option<&'a str>,
     /// Name of the body.
@@ -109,8 +109,8 @@ macro_rules! body {
 
         impl $name {
             /// Material, name and hollowness.
-            pub fn look(&self) -> Look<'_> {
-                Look { material: self.material.as_deref(), name: self.name.as_deref(), hollow: body!(@hollow self $($hollow)?) }
+            pub fn appearance(&self) -> Appearance<'_> {
+                Appearance { material: self.material.as_deref(), name: self.name.as_deref(), hollow: body!(@hollow self $($hollow)?) }
             }
         }
     };

@@ -137,7 +137,7 @@ pub struct RenderSettings {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_weight: Option<f64>,
     /// Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough
-    /// surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes
+    /// surfaces, a lens, motion, dispersion, color bleeding, global illumination) each pixel then gets 8 to 256, until it is likely within 1.5 codes
     /// of the mean of all.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 1024))]

@@ -12,14 +12,14 @@ const WELDED: u64 = 200;
 
 /// What the models of a scene have taken so far.
 #[derive(Debug, Default)]
-pub(super) struct Room {
+pub(super) struct CopyBudget {
     triangles: u64,
     /// The most points of a body of glass.
     welded: u64,
     bytes: Budget,
 }
 
-impl Room {
+impl CopyBudget {
     /// Takes room for what a scene copies of a model, before it does: a mesh for each of its materials, and a picture wherever a
     /// material names it. Fails if there is no memory for its instances, or if the scene would have more triangles than it may, or more bytes than a model may be decoded to.
     pub(super) fn take_model(&mut self, model: &Model, files: &dyn Files, pointer: &str) -> Result<(), Problems> {

@@ -2,15 +2,15 @@
 //! [`Description`], so that every default can be seen and changed.
 
 mod bodies;
+mod copy_budget;
 mod flat;
 mod framing;
 mod lamps;
-mod look;
+mod materials;
 mod origin;
 mod placed;
 mod placed_meshes;
 mod problems;
-mod room;
 mod scale;
 mod shells;
 mod studio;
@@ -26,10 +26,12 @@ use super::description::{Description, PictureNames};
 use super::problem::{Code, Problem, unless_cancelled};
 use super::{Files, Overrides, Problems};
 use crate::models::parts::Part;
-use crate::models::{self, Choice, Model, ModelFormat, NAME_BYTES, Subject, Up, Warning, Which, parts, shortened};
+use crate::models::{
+    self, Choice, Model, ModelFormat, NAME_BYTES, NameOrIndex, Subject, Up, Warning, parts, shortened,
+};
+use copy_budget::CopyBudget;
 use glam::DMat4;
 use placed_meshes::Placed;
-use room::Room;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -54,13 +56,13 @@ pub struct ModelOptions {
     pub scene: Option<u32>,
     /// Which of its animations is played.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub animation: Option<Which>,
+    pub animation: Option<NameOrIndex>,
     /// Seconds since the start of the animation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub t: Option<f64>,
     /// Which of its variants of materials.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub variant: Option<Which>,
+    pub variant: Option<NameOrIndex>,
     /// Which lights shine on it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<LightChoice>,
@@ -108,7 +110,7 @@ impl ModelOptions {
     fn choice(&self) -> Choice {
         Choice {
             scene: self.scene,
-            animation: self.animation.or(self.t.map(|_| Which::Index(0))),
+            animation: self.animation.or(self.t.map(|_| NameOrIndex::Index(0))),
             seconds: self.t.unwrap_or(0.0),
             variant: self.variant,
             strict: self.strict.unwrap_or(false),
@@ -208,14 +210,14 @@ fn read_upright(
 
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides, files: &dyn Files) -> Result<Imported, Problems> {
-    Room::default().take_model(&model, files, "")?;
+    CopyBudget::default().take_model(&model, files, "")?;
     origin::moved_there(&mut model);
     scale::scaled_to_units(&mut model)?;
     lamps::drop_far(&mut model);
-    let is_unlit = look::is_unlit(&model);
+    let is_unlit = materials::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
-    let (mut of_look, of_fast) = (Vec::new(), look::without_rays(&model));
-    let (materials, names, pictures) = look::materials(&mut model, "", &mut of_look);
+    let (mut of_look, of_fast) = (Vec::new(), materials::without_rays(&model));
+    let (materials, names, pictures) = materials::materials(&mut model, "", &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions, &materials).bounds();
     let views = Views {

@@ -2,9 +2,10 @@
 //! say the same are one definition.
 
 use super::bodies;
-use super::room::Room;
-use super::{ModelOptions, look, read_upright};
+use super::copy_budget::CopyBudget;
+use super::{ModelOptions, materials, read_upright};
 use crate::control;
+use crate::enum_names::list;
 use crate::models::Warning;
 use crate::models::parts::exact_or_plain;
 use crate::scene::Files;
@@ -16,7 +17,6 @@ use crate::scene::description::{
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
 use crate::scene::recognise::model_format;
-use crate::words::list;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         problems: Vec::new(),
         pictures: PictureNames::default(),
         from_files: false,
-        room: Room::default(),
+        copied: CopyBudget::default(),
     };
     let objects = reader.list(&description.objects, "/objects");
     let mut definitions = Named::default();
@@ -90,7 +90,7 @@ struct Reader<'a> {
     problems: Vec<Problem>,
     pictures: PictureNames,
     from_files: bool,
-    room: Room,
+    copied: CopyBudget,
 }
 
 impl Reader<'_> {
@@ -172,11 +172,11 @@ impl Reader<'_> {
         };
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
-        self.room.take_model(&model, self.files, pointer)?;
+        self.copied.take_model(&model, self.files, pointer)?;
         let mut warnings = std::mem::take(&mut model.warnings);
-        let of_fast = look::without_rays(&model);
+        let of_fast = materials::without_rays(&model);
         let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
-        let (mut materials, names, pictures) = look::materials(&mut model, &format!("{name}: "), &mut warnings);
+        let (mut materials, names, pictures) = materials::materials(&mut model, &format!("{name}: "), &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
         self.pictures.append(pictures);
         for (own, named) in names.iter().zip(&named) {
@@ -190,7 +190,7 @@ impl Reader<'_> {
             let mut found = false;
             let bytes = serde_json::to_vec(material).map_or(0, |json| json.len());
             for (own, _) in names.iter().zip(&named).filter(|(_, named)| named.as_deref() == Some(of)) {
-                self.room.take(bytes, &at)?;
+                self.copied.take(bytes, &at)?;
                 materials.insert(own.clone(), material.clone());
                 self.places.insert(push_token("/materials", own), ModelPlace { meant: at.clone(), in_text: true });
                 found = true;

@@ -3,7 +3,7 @@
 
 use super::framing;
 use super::placed_meshes::{Placed, Sight};
-use super::{ModelOptions, SIDE, lamps, look, problems, studio};
+use super::{ModelOptions, SIDE, lamps, materials, problems, studio};
 use crate::film::ToneMapping;
 use crate::models::{Lamp, ModelCamera, Projection, Subject, Warning};
 use crate::scene::Overrides;
@@ -149,7 +149,7 @@ impl Views {
         mut materials: Named<Material>,
     ) -> Description {
         if let Some(bounds) = self.bounds.filter(|_| seen.has_floor) {
-            let name = look::free_name(&materials, "floor");
+            let name = materials::free_name(&materials, "floor");
             materials.insert(name.clone(), studio::catcher());
             objects.push(studio::floor(bounds, name));
         }

@@ -1,6 +1,7 @@
 //! Splits NFF text into tokens, which are separated by white space, without `#` comments. Line ends are `\n`, `\r\n` and
 //! `\r`. The text is bytes, because comments may be in any encoding.
 
+use crate::models::text::quoted;
 use crate::scene::problem::{Code, Problem};
 
 /// A place in the file, from 1; columns count bytes.
@@ -40,10 +41,7 @@ impl Token<'_> {
 
     /// For messages: in quotes, and no longer than a line.
     pub(super) fn quoted(&self) -> String {
-        const LONGEST: usize = 40;
-        let shown = &self.text[..self.text.len().min(LONGEST)];
-        let rest = if shown.len() < self.text.len() { "..." } else { "" };
-        format!("\"{}{rest}\"", shown.escape_ascii())
+        quoted(self.text)
     }
 }
 

@@ -8,11 +8,11 @@
 
 use super::wording;
 use crate::control;
+use crate::enum_names::list;
 use crate::scene::description::{Color, HEX};
 use crate::scene::limits::{NAME_BYTES, PROBLEMS, PROBLEMS_FOUND};
 use crate::scene::problem::{Code, Problem, did_you_mean, name_too_long, push_token, quoted};
 use crate::scene::schema::Node;
-use crate::words::list;
 use serde_json::{Map, Value};
 use std::rc::Rc;
 

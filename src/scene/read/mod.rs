@@ -127,6 +127,6 @@ fn wrong_version(text: &[u8], version: &str) -> Problem {
 }
 
 #[cfg(test)]
-mod agreement;
+mod agreement_tests;
 #[cfg(test)]
 mod tests;

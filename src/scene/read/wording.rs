@@ -1,8 +1,8 @@
 //! The phrases of `diagnose`'s sentences.
 
+use crate::enum_names::list;
 use crate::scene::problem::quoted;
 use crate::scene::schema::Node;
-use crate::words::list;
 use serde_json::Value;
 
 /// What a schema expects: `an array of 3 numbers`, `"x" or "y"`.

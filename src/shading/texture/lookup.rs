@@ -1,10 +1,10 @@
 //! Lookups in mipmaps: between two levels, and with several samples along a footprint that is longer than wide (Heckbert 1989).
 //!
-//! Levels and footprints are computed for all lanes at once. Looks of few lanes are taken one by one (`look.rs`), with the channels
-//! side by side, those of many together (`looks.rs`). Both give the same numbers to the bit.
+//! Levels and footprints are computed for all lanes at once. Few lanes are looked up one by one (`trilinear.rs`), with the channels
+//! side by side, many together (`trilinear_lanes.rs`). Both give the same numbers to the bit.
 
-use super::looks::Looks;
 use super::mipmap::Mipmap;
+use super::trilinear_lanes::TrilinearLanes;
 use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of, log2};
 
 /// What lies beyond the edges of a picture.
@@ -36,8 +36,8 @@ impl From<[Wrap; 2]> for Sampler {
 /// More texels than any picture has across.
 const WIDEST: f64 = 1e18;
 /// Most samples along a footprint; longer footprints are blurred.
-const MOST_LOOKS: f64 = 16.0;
-/// So few lanes look one by one.
+const MAX_TAPS: f64 = 16.0;
+/// Up to so many lanes are looked up one by one.
 const FEW: u32 = 2;
 
 impl Mipmap {
@@ -71,16 +71,16 @@ impl Mipmap {
     ) -> [V3<W>; N] {
         let mut all = [V3::splat(s, [0.0; 3]); N];
         if lanes.count_ones() > FEW {
-            let looks = Looks::new(s, self, level, sampler, lanes);
+            let levels = TrilinearLanes::new(s, self, level, sampler, lanes);
             for (seen, uv) in all.iter_mut().zip(places) {
-                *seen = looks.at(s, uv, lanes);
+                *seen = levels.at(s, uv, lanes);
             }
             return all;
         }
         for (seen, [u, v]) in all.iter_mut().zip(places) {
             let mut channels = [[0.0; MAX_LANES]; 3];
             for lane in lanes_of(lanes) {
-                let [r, g, b, _] = self.look([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
+                let [r, g, b, _] = self.trilinear([u.lane(lane), v.lane(lane)], level.lane(lane), sampler);
                 (channels[0][lane], channels[1][lane], channels[2][lane]) = (r, g, b);
             }
             *seen = V3 { x: W::load(s, &channels[0]), y: W::load(s, &channels[1]), z: W::load(s, &channels[2]) };
@@ -92,28 +92,28 @@ impl Mipmap {
     #[inline(always)]
     pub fn average<W: Double>(&self, s: W::Simd, uv: [W; 2], axes: [[W; 2]; 2], sampler: Sampler, lanes: u32) -> V3<W> {
         let ([u, v], axes) = within_edges(s, uv, axes, sampler.wrap);
-        let (one, most) = (W::lit(s, 1.0), W::lit(s, MOST_LOOKS));
+        let (one, most) = (W::lit(s, 1.0), W::lit(s, MAX_TAPS));
         let [a, b] = [self.texels_along(s, axes[0]), self.texels_along(s, axes[1])];
         let first = a.gt(b);
         let (long, short) = (W::select(first, a, b), W::select(first, b, a));
         let longer = [W::select(first, axes[0][0], axes[1][0]), W::select(first, axes[0][1], axes[1][1])];
-        // Rounded up; no number is no look.
-        let looks = -(-(long / short.max(one))).floor();
-        let looks = W::select(looks.lt(one), one, W::select(looks.gt(most), most, looks));
+        // Rounded up; NaN is no lookup.
+        let taps = -(-(long / short.max(one))).floor();
+        let taps = W::select(taps.lt(one), one, W::select(taps.gt(most), most, taps));
         let level = self.levels(s, short.max(long / most));
         if lanes.count_ones() > FEW {
-            return Looks::new(s, self, level, sampler, lanes).mean(s, [u, v], longer, looks, lanes);
+            return TrilinearLanes::new(s, self, level, sampler, lanes).mean(s, [u, v], longer, taps, lanes);
         }
         let mut seen = [[0.0; MAX_LANES]; 3];
         for lane in lanes_of(lanes) {
             let (uv, longer) = ([u.lane(lane), v.lane(lane)], [longer[0].lane(lane), longer[1].lane(lane)]);
-            let (looks, level) = (looks.lane(lane), level.lane(lane));
+            let (taps, level) = (taps.lane(lane), level.lane(lane));
             let mut sum = [0.0; 4];
-            for look in 0..looks as u32 {
-                let along = (f64::from(look) + 0.5) / looks - 0.5;
-                let texel = self.look([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, sampler);
+            for tap in 0..taps as u32 {
+                let along = (f64::from(tap) + 0.5) / taps - 0.5;
+                let texel = self.trilinear([uv[0] + longer[0] * along, uv[1] + longer[1] * along], level, sampler);
                 for i in 0..4 {
-                    sum[i] += texel[i] / looks;
+                    sum[i] += texel[i] / taps;
                 }
             }
             (seen[0][lane], seen[1][lane], seen[2][lane]) = (sum[0], sum[1], sum[2]);

@@ -1,12 +1,12 @@
-//! One look at a mipmap, for one lane: between the two nearest levels, bilinear in each.
+//! One trilinear lookup in a mipmap, for one lane: between the two nearest levels, bilinear in each.
 
 use super::lookup::{Sampler, Wrap};
 use super::mipmap::{Level, Mipmap, Texels, decoded};
 
 impl Mipmap {
-    /// One look for one lane; the fourth channel is nothing.
+    /// One lookup for one lane; the fourth channel is nothing.
     #[inline(always)]
-    pub(super) fn look(&self, uv: [f64; 2], level: f64, sampler: Sampler) -> [f64; 4] {
+    pub(super) fn trilinear(&self, uv: [f64; 2], level: f64, sampler: Sampler) -> [f64; 4] {
         let whole = level.floor();
         let below = (whole as usize).min(self.levels.len() - 1);
         let part = level - whole;

@@ -1,13 +1,13 @@
-//! Looks of many lanes at a mipmap at once: between the two nearest levels of each lane, bilinear in each.
+//! Trilinear lookups of many lanes in a mipmap at once: between the two nearest levels of each lane, bilinear in each.
 //!
-//! Only the texels are fetched lane by lane, since lanes need others. The slow twin is `look.rs`.
+//! Only the texels are fetched lane by lane, since lanes need others. The slow twin is `trilinear.rs`.
 
 use super::lookup::{Sampler, Wrap};
 use super::mipmap::{Level, Mipmap, Texels, decoded};
 use crate::lanes::{Double, MAX_LANES, Mask, V3, lanes_of};
 
-/// Where lanes look.
-pub(super) struct Looks<'a, W: Double> {
+/// The levels in which lanes look up texels.
+pub(super) struct TrilinearLanes<'a, W: Double> {
     mipmap: &'a Mipmap,
     wrap: [Wrap; 2],
     fine: Levels<W>,
@@ -27,7 +27,7 @@ struct Levels<W> {
     height: W,
 }
 
-impl<'a, W: Double> Looks<'a, W> {
+impl<'a, W: Double> TrilinearLanes<'a, W> {
     /// `level` is between 0 and the last.
     #[inline(always)]
     pub(super) fn new(
@@ -68,23 +68,23 @@ impl<'a, W: Double> Looks<'a, W> {
         V3::select(W::mask(s, lanes), seen, V3 { x: zero, y: zero, z: zero })
     }
 
-    /// The means of so many looks as each lane has, side by side along a way whose middle is at (u, v).
+    /// The mean of as many lookups as `taps` says for each lane, side by side along `way`, whose middle is at (u, v).
     #[inline(always)]
-    pub(super) fn mean(&self, s: W::Simd, [u, v]: [W; 2], way: [W; 2], looks: W, lanes: u32) -> V3<W> {
+    pub(super) fn mean(&self, s: W::Simd, [u, v]: [W; 2], way: [W; 2], taps: W, lanes: u32) -> V3<W> {
         let (zero, half) = (W::lit(s, 0.0), W::lit(s, 0.5));
         let mut sum = V3 { x: zero, y: zero, z: zero };
-        let mut look = zero;
+        let mut tap = zero;
         loop {
-            let looking = look.lt(looks).bits() & lanes;
-            if looking == 0 {
+            let active = tap.lt(taps).bits() & lanes;
+            if active == 0 {
                 return sum;
             }
-            let along = (look + half) / looks - half;
-            let V3 { x, y, z } = self.at(s, [u + way[0] * along, v + way[1] * along], looking);
-            let share = V3 { x: x / looks, y: y / looks, z: z / looks };
-            // Of lanes that do not look, `looks` may be no number.
-            sum = V3::select(W::mask(s, looking), sum + share, sum);
-            look = look + W::lit(s, 1.0);
+            let along = (tap + half) / taps - half;
+            let V3 { x, y, z } = self.at(s, [u + way[0] * along, v + way[1] * along], active);
+            let share = V3 { x: x / taps, y: y / taps, z: z / taps };
+            // `taps` may be NaN in lanes that are not active.
+            sum = V3::select(W::mask(s, active), sum + share, sum);
+            tap = tap + W::lit(s, 1.0);
         }
     }
 
@@ -230,7 +230,7 @@ mod tests {
         a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()))
     }
 
-    /// Compares lanes together with each lane alone, which looks by itself.
+    /// Compares lanes together with each lane alone.
     fn compare<S: Simd>(s: S) {
         let lanes = |first: usize, f: &dyn Fn(usize) -> f64| f64x8::<S>::from_fn(s, |lane| f(first + lane));
         let samplers = WRAPS.map(|wrap| [false, true].map(|nearest| Sampler { wrap, nearest }));
@@ -239,7 +239,7 @@ mod tests {
         {
             for first in (0..320).step_by(8) {
                 let [u, v] = [lanes(first, &place), lanes(7 * first + 1, &place)];
-                // Enlarged, made smaller, and along a way of many looks.
+                // Enlarged, made smaller, and along a way of many lookups.
                 let size = [1e-3, 0.2, 3.0][first / 8 % 3];
                 let step = |i: usize| if i.is_multiple_of(11) { ODD_STEPS[i % 3] } else { size * (number(i) - 0.3) };
                 let axes = [1, 2].map(|axis| [3, 4].map(|i| lanes(first * axis + i, &step)));
@@ -247,11 +247,11 @@ mod tests {
                 let level = lanes(first, &|i| if i.is_multiple_of(4) { last.min(1.0) } else { last * number(i) });
                 for asked in [0xff, 0b1011_0101] {
                     let means = mipmap.average(s, [u, v], axes, sampler, asked);
-                    let looks = mipmap.at(s, [u, v], level, sampler, asked);
+                    let together = mipmap.at(s, [u, v], level, sampler, asked);
                     for lane in 0..8 {
                         let alone = [u.lane(lane), v.lane(lane)];
                         let of = axes.map(|axis| axis.map(|step| step.lane(lane)));
-                        let (mean, look) = match asked >> lane & 1 {
+                        let (mean, alone_lookup) = match asked >> lane & 1 {
                             0 => ([0.0; 3], [0.0; 3]),
                             _ => (
                                 mipmap.average((), alone, of, sampler, 1).lane(0),
@@ -259,7 +259,7 @@ mod tests {
                             ),
                         };
                         assert!(same(means.lane(lane), mean), "{sampler:?} {alone:?} {of:?}");
-                        assert!(same(looks.lane(lane), look), "{sampler:?} {alone:?} {}", level.lane(lane));
+                        assert!(same(together.lane(lane), alone_lookup), "{sampler:?} {alone:?} {}", level.lane(lane));
                     }
                 }
             }

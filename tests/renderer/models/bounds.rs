@@ -1,6 +1,6 @@
 //! Small files that would be much in memory, or work without end.
 
-use super::look::{FRONT, imported, matte, overrides, quads, seen};
+use super::default_look::{FRONT, imported, matte, overrides, quads, seen};
 use data_encoding::BASE64;
 use serde_json::json;
 use std::time::{Duration, Instant};

@@ -1,6 +1,6 @@
 //! What hurried people and careless exporters write is shown, not refused with a pointer into a scene that nobody wrote.
 
-use super::look::{CUBE, FRONT, imported, matte, overrides, quads, seen};
+use super::default_look::{CUBE, FRONT, imported, matte, overrides, quads, seen};
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 use std::io::Cursor;

@@ -2,7 +2,7 @@
 
 use crate::common::{read as file, root};
 use glam::DVec3;
-use strahl::models::{Choice, Faults, Model, ModelFormat, Which, read};
+use strahl::models::{Choice, Faults, Model, ModelFormat, NameOrIndex, read};
 
 /// Reads a model of `tests/inputs/models`, with the files beside it as parts.
 pub(super) fn model(name: &str, choice: Choice) -> Result<Model, Faults> {
@@ -121,7 +121,7 @@ fn instances_share_one_geometry() {
 #[test]
 fn animations_are_played() {
     let at = |name: &str, seconds: f64| {
-        vertices(&model(name, Choice { animation: Some(Which::Index(0)), seconds, ..Choice::default() }).unwrap())
+        vertices(&model(name, Choice { animation: Some(NameOrIndex::Index(0)), seconds, ..Choice::default() }).unwrap())
     };
     // Two targets move the third corner by (-1, 1, 0) and (1, 1, 0); their weights are 0 0, 0 1, 1 1, 1 0 and 0 0 at 0 to 4 s.
     for (seconds, tip) in

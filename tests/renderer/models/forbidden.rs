@@ -1,6 +1,6 @@
 //! What the specifications forbid: told where it can be mended, else refused with a place in the file.
 
-use super::look::{FRONT, imported, matte, overrides, quads, seen};
+use super::default_look::{FRONT, imported, matte, overrides, quads, seen};
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;
 use strahl::scene::{Format, Overrides, Problem, load};

@@ -1,6 +1,6 @@
 //! Materials of glTF files: extensions that do nothing, and numbers that scenes do not take.
 
-use super::look::{FRONT, imported, matte, overrides, quads};
+use super::default_look::{FRONT, imported, matte, overrides, quads};
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;
 use strahl::scene::description::{Channel, Pbr};

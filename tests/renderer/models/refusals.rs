@@ -4,7 +4,7 @@ use super::files::{format_of, model};
 use crate::common::{read as file, root};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use strahl::models::{Choice, Kind, ModelFormat, Place, Which, read};
+use strahl::models::{Choice, Kind, ModelFormat, NameOrIndex, Place, read};
 use strahl::scene::model::import;
 use strahl::scene::{NoFiles, Overrides};
 
@@ -82,8 +82,8 @@ fn what_is_not_read_is_refused_by_name() {
     assert_eq!(normals.warnings[0].what, "normals");
     for (choice, pointer) in [
         (Choice { scene: Some(7), ..Choice::default() }, "/scenes"),
-        (Choice { animation: Some(Which::Index(7)), ..Choice::default() }, "/animations"),
-        (Choice { variant: Some(Which::Index(7)), ..Choice::default() }, "/extensions/KHR_materials_variants"),
+        (Choice { animation: Some(NameOrIndex::Index(7)), ..Choice::default() }, "/animations"),
+        (Choice { variant: Some(NameOrIndex::Index(7)), ..Choice::default() }, "/extensions/KHR_materials_variants"),
     ] {
         assert_eq!(model("Box.glb", choice).unwrap_err().0[0].pointer, pointer);
     }
@@ -150,7 +150,7 @@ fn cut_and_changed_files_break_nothing() {
                     format_of(name),
                     &changed,
                     &none,
-                    Choice { animation: Some(Which::Index(0)), ..Choice::default() },
+                    Choice { animation: Some(NameOrIndex::Index(0)), ..Choice::default() },
                 );
             }
         }

@@ -1,6 +1,6 @@
 //! What moves the points and the cameras of glTF files: skins, morph targets, nodes.
 
-use super::look::{FRONT, Seen, imported, matte, overrides, quads, seen};
+use super::default_look::{FRONT, Seen, imported, matte, overrides, quads, seen};
 use data_encoding::BASE64;
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;

@@ -1,6 +1,6 @@
 //! A large mesh in many materials is one hierarchy, and the picture is the same.
 
-use super::look::{imported, matte, overrides};
+use super::default_look::{imported, matte, overrides};
 use data_encoding::BASE64;
 use serde_json::{Value, json};
 use strahl::film::Region;

@@ -1,6 +1,6 @@
 //! Glass in several closed surfaces looks the same as one mesh and as several.
 
-use super::look::{overrides, seen};
+use super::default_look::{overrides, seen};
 use data_encoding::BASE64;
 use serde_json::{Value, json};
 use strahl::scene::{Format, Overrides, load};

@@ -1,6 +1,6 @@
 //! Models of all sizes are the same picture, though scenes have smallest lengths and largest numbers.
 
-use super::look::{CUBE, FRONT, Seen, imported, matte, overrides, quads, seen};
+use super::default_look::{CUBE, FRONT, Seen, imported, matte, overrides, quads, seen};
 use data_encoding::BASE64;
 use serde_json::{Value, json};
 use strahl::models::ModelFormat;

@@ -104,6 +104,7 @@ impl Source {
             match module.last().map(String::as_str) {
                 // The roots of crates name modules, and tests are above all layers.
                 Some("lib" | "main" | "tests") => continue,
+                Some(name) if name.ends_with("_tests") => continue,
                 Some("mod") => {
                     module.pop();
                     folders.insert(module.clone());

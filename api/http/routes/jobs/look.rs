@@ -4,7 +4,7 @@ use super::ID;
 use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
-use crate::http::respond::elsewhere::elsewhere;
+use crate::http::respond::forward::forward_to_owner;
 use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
 use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
@@ -67,7 +67,7 @@ pub(super) async fn tile(
     request: Request,
 ) -> Result<Response, Problem> {
     let region = region_of(&job, &request)?;
-    if let Some(answer) = elsewhere(&app, &job, &tenant, "tile", &request).await {
+    if let Some(answer) = forward_to_owner(&app, &job, &tenant, "tile", &request).await {
         return Ok(answer);
     }
     let mut bell = job.events.bell();
@@ -102,7 +102,7 @@ pub(super) async fn look(
     request: Request,
 ) -> Result<Response, Problem> {
     let region = region_of(&job, &request)?;
-    if let Some(answer) = elsewhere(&app, &job, &tenant, "look", &request).await {
+    if let Some(answer) = forward_to_owner(&app, &job, &tenant, "look", &request).await {
         return Ok(answer);
     }
     job.look(region);

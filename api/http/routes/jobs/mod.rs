@@ -10,7 +10,7 @@ mod submit;
 
 use crate::http::extract::named_job::{NamedJob, find};
 use crate::http::prelude::*;
-use crate::http::respond::elsewhere::{Question, packed, unknown};
+use crate::http::respond::forward::{Question, packed, unknown};
 
 /// Description of the id in paths of jobs.
 const ID: &str = "The job's id.";

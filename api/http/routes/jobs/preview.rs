@@ -7,7 +7,7 @@ use crate::http::extract::prefer::Prefer;
 use crate::http::prelude::*;
 use crate::http::respond::blocking;
 use crate::http::respond::body;
-use crate::http::respond::elsewhere::elsewhere;
+use crate::http::respond::forward::forward_to_owner;
 use crate::http::respond::job::{encode_png, no_picture, patiently, render_again, waiting_permit};
 use crate::http::respond::sequence::sheet;
 use crate::service::jobs::record::State as JobState;
@@ -52,7 +52,7 @@ pub(super) async fn preview(
     request: Request,
 ) -> Result<Response, Problem> {
     let (after, wait) = Query::read(request.uri(), after_and_wait)?;
-    if let Some(answer) = elsewhere(&app, &job, &tenant, "preview", &request).await {
+    if let Some(answer) = forward_to_owner(&app, &job, &tenant, "preview", &request).await {
         return Ok(answer);
     }
     let headers = request.headers().clone();

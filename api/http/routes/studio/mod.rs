@@ -128,11 +128,11 @@ fn media_type(path: &str) -> &'static str {
 /// Scenes to begin with.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Examples {
-    examples: Vec<Listed>,
+    examples: Vec<ExampleEntry>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
-struct Listed {
+struct ExampleEntry {
     /// Its id, two words.
     id: &'static str,
     title: &'static str,
@@ -143,7 +143,7 @@ struct Listed {
 }
 
 async fn examples() -> Json<Examples> {
-    let listed = EXAMPLES.iter().map(|of| Listed {
+    let listed = EXAMPLES.iter().map(|of| ExampleEntry {
         id: of.id,
         title: of.title,
         about: of.about,

@@ -103,6 +103,6 @@ async fn xyz_tile(
     let level = i32::try_from(level).map_err(|_| missing())?;
     let Region { x, y, .. } = tile_of(opened.size, level, edge, column, row).ok_or_else(missing)?;
     let spec = tile(Grid::Tiles(level), Region { x, y, width: edge, height: edge }, format);
-    spec.shot(&opened.ready.scene, opened.image.zoom).map_err(|_| missing())?;
+    spec.render_spec(&opened.ready.scene, opened.image.zoom).map_err(|_| missing())?;
     image::tile(&app, &tenant, &parts, opened.image, spec).await
 }

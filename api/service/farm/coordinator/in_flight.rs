@@ -6,8 +6,8 @@ use std::time::Instant;
 
 /// The pieces, by number.
 #[derive(Debug, Default)]
-pub(super) struct Flight {
-    pub(super) pieces: BTreeMap<u64, InFlight>,
+pub(super) struct InFlight {
+    pub(super) pieces: BTreeMap<u64, InFlightPiece>,
     /// Missing tiles, and the pieces that they are in.
     holders: HashMap<u32, Vec<u64>>,
     /// Pixels of the missing tiles.
@@ -17,7 +17,7 @@ pub(super) struct Flight {
 
 /// A piece.
 #[derive(Debug)]
-pub(super) struct InFlight {
+pub(super) struct InFlightPiece {
     /// Tiles that are missing, in the order in which they are rendered.
     pub(super) tiles: Vec<TilePlace>,
     /// Milliseconds that were predicted for all of it.
@@ -36,7 +36,7 @@ pub(super) struct InFlight {
     pub(super) is_doubled: bool,
 }
 
-impl Flight {
+impl InFlight {
     /// A new piece; its number.
     pub(super) fn add(&mut self, tiles: Vec<TilePlace>, predicted_ms: f64) -> u64 {
         self.count += 1;
@@ -46,7 +46,7 @@ impl Flight {
             self.pixels += if holders.is_empty() { tile.region().pixels() } else { 0 };
             holders.push(number);
         }
-        let piece = InFlight {
+        let piece = InFlightPiece {
             tiles,
             predicted_ms,
             sequence: None,
@@ -67,7 +67,7 @@ impl Flight {
     }
 
     /// A tile is there. Pieces that lack none any more are returned.
-    pub(super) fn finish(&mut self, tile: u32) -> Vec<InFlight> {
+    pub(super) fn finish(&mut self, tile: u32) -> Vec<InFlightPiece> {
         let mut done = Vec::new();
         self.pixels -= self.place(tile).map_or(0, |place| place.region().pixels());
         for number in self.holders.remove(&tile).unwrap_or_default() {
@@ -115,26 +115,26 @@ mod tests {
 
     #[test]
     fn a_tile_that_two_pieces_have_is_done_once_for_both() {
-        let mut flight = Flight::default();
-        let first = flight.add(tiles(&[1, 2]), 10.0);
-        let second = flight.add(tiles(&[2]), 5.0);
+        let mut in_flight = InFlight::default();
+        let first = in_flight.add(tiles(&[1, 2]), 10.0);
+        let second = in_flight.add(tiles(&[2]), 5.0);
         assert_ne!(first, second);
-        assert_eq!(flight.place(2).map(|place| place.0), Some(2));
-        assert_eq!(flight.finish(2).len(), 1, "the second piece is done");
-        assert_eq!((flight.pieces.len(), flight.pixels), (1, 64));
-        assert!(flight.finish(2).is_empty() && flight.place(2).is_none(), "it comes again");
-        assert_eq!(flight.finish(1).len(), 1);
-        assert!(flight.pieces.is_empty() && flight.holders.is_empty() && flight.pixels == 0);
+        assert_eq!(in_flight.place(2).map(|place| place.0), Some(2));
+        assert_eq!(in_flight.finish(2).len(), 1, "the second piece is done");
+        assert_eq!((in_flight.pieces.len(), in_flight.pixels), (1, 64));
+        assert!(in_flight.finish(2).is_empty() && in_flight.place(2).is_none(), "it comes again");
+        assert_eq!(in_flight.finish(1).len(), 1);
+        assert!(in_flight.pieces.is_empty() && in_flight.holders.is_empty() && in_flight.pixels == 0);
     }
 
     #[test]
     fn only_tiles_that_nobody_else_has_are_published_again() {
-        let mut flight = Flight::default();
-        let first = flight.add(tiles(&[1, 2, 3]), 10.0);
-        flight.add(tiles(&[2]), 5.0);
-        assert_eq!(flight.forget(first), [tiles(&[1]), tiles(&[3])].concat());
-        assert_eq!(flight.place(2).map(|place| place.0), Some(2));
-        assert!(flight.forget(first).is_empty());
-        assert_eq!(flight.pixels, 64);
+        let mut in_flight = InFlight::default();
+        let first = in_flight.add(tiles(&[1, 2, 3]), 10.0);
+        in_flight.add(tiles(&[2]), 5.0);
+        assert_eq!(in_flight.forget(first), [tiles(&[1]), tiles(&[3])].concat());
+        assert_eq!(in_flight.place(2).map(|place| place.0), Some(2));
+        assert!(in_flight.forget(first).is_empty());
+        assert_eq!(in_flight.pixels, 64);
     }
 }

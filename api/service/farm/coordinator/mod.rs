@@ -2,11 +2,11 @@
 //! results. It forgets nothing that it needs: whoever comes after it finds the results, and renders what is missing.
 
 mod costs;
-mod flight;
+mod in_flight;
 mod sweep;
 
 use self::costs::Costs;
-use self::flight::Flight;
+use self::in_flight::InFlight;
 use super::Farm;
 use super::connection::reasons;
 use super::names::{self, Class};
@@ -22,7 +22,7 @@ use strahl::camera::Window;
 use strahl::film::Region;
 use strahl::render::Control;
 
-/// Time between two looks at whether it was cancelled, and whether there is room for more pieces.
+/// Time between two looks at whether it was cancelled, and whether the window has grown.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time until what the broker did not take is offered again.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -92,7 +92,7 @@ struct Coordinator<'a> {
     order: &'a Order<'a>,
     tiles: &'a mut dyn Tiles,
     owner: Owner,
-    flight: Flight,
+    in_flight: InFlight,
     costs: Costs,
     /// Pieces that the broker has not taken yet.
     unsent: Vec<u64>,
@@ -100,18 +100,18 @@ struct Coordinator<'a> {
     not_before: Instant,
     /// Whether there are no more tiles.
     is_cut: bool,
-    heard: Heard,
-    room: Room,
+    subscriptions: Subscriptions,
+    window: SendWindow,
     swept: Instant,
     /// Since when its scene is too large for all nodes.
     refused: Option<Instant>,
     /// Begins the ids of messages. Another coordinator of the same job has another: the broker would take its pieces for these,
     /// and nodes would drop them after this one has ended.
-    life: String,
+    session: String,
 }
 
-/// How much of the farm the job may have.
-struct Room {
+/// How many pieces may be sent before results come back: a sliding window over the slots of the farm.
+struct SendWindow {
     /// Slots of all nodes.
     slots: u32,
     /// Pieces of the job in the queue and on nodes.
@@ -119,8 +119,8 @@ struct Room {
     measured: Option<Instant>,
 }
 
-/// What is said about the job.
-struct Heard {
+/// The subjects on which nodes and the broker speak about the job.
+struct Subscriptions {
     results: Subscriber,
     begun: Subscriber,
     dead: Subscriber,
@@ -134,7 +134,7 @@ impl<'a> Coordinator<'a> {
             heard.map_err(|error| Stopped::Broker(reasons(&error)))
         };
         // Before the first piece is sent, so that nothing is missed.
-        let heard = Heard {
+        let subscriptions = Subscriptions {
             results: hear(names::results(order.name)).await?,
             begun: hear(names::begun(order.name)).await?,
             dead: hear(names::dead(order.tenant, order.name)).await?,
@@ -145,16 +145,16 @@ impl<'a> Coordinator<'a> {
             order,
             tiles,
             owner: Owner::of(order.name),
-            flight: Flight::default(),
+            in_flight: InFlight::default(),
             costs: Costs::new(order.pixel_ms),
             unsent: Vec::new(),
             not_before: Instant::now(),
             is_cut: false,
-            heard,
-            room: Room { slots: 0, pieces: 0, measured: None },
+            subscriptions,
+            window: SendWindow { slots: 0, pieces: 0, measured: None },
             swept: Instant::now(),
             refused: None,
-            life: uuid::Uuid::now_v7().simple().to_string(),
+            session: uuid::Uuid::now_v7().simple().to_string(),
         };
         // Pieces of a coordinator before this one: nodes may go on with those that they have.
         coordinator.purge().await;
@@ -169,14 +169,14 @@ impl<'a> Coordinator<'a> {
                 return Err(Stopped::Cancelled);
             }
             self.fill().await;
-            if self.flight.pieces.is_empty() && self.is_cut {
+            if self.in_flight.pieces.is_empty() && self.is_cut {
                 return Ok(());
             }
             tokio::select! {
-                Some(message) = self.heard.results.next() => self.take(&message).await?,
-                Some(message) = self.heard.begun.next() => self.note_begun(&message),
-                Some(message) = self.heard.dead.next() => self.bury(&message)?,
-                Some(message) = self.heard.too_often.next() => self.delivered_too_often(&message).await?,
+                Some(message) = self.subscriptions.results.next() => self.take(&message).await?,
+                Some(message) = self.subscriptions.begun.next() => self.note_begun(&message),
+                Some(message) = self.subscriptions.dead.next() => self.on_dead_letter(&message)?,
+                Some(message) = self.subscriptions.too_often.next() => self.delivered_too_often(&message).await?,
                 // Nothing was heard while there was no connection.
                 Ok(()) = connections.changed() => self.look_for_results(Duration::ZERO).await?,
                 () = tokio::time::sleep(LOOK) => {}
@@ -190,7 +190,7 @@ impl<'a> Coordinator<'a> {
     }
 
     fn note_backlog(&self) {
-        let left = self.costs.of(self.flight.pixels + self.tiles.pixels_left());
+        let left = self.costs.of(self.in_flight.pixels + self.tiles.pixels_left());
         self.farm.backlog.note(self.order.name, self.order.class, left);
     }
 
@@ -199,16 +199,16 @@ impl<'a> Coordinator<'a> {
         if Instant::now() < self.not_before || !self.farm.broker.is_connected() {
             return;
         }
-        if self.room.measured.is_none_or(|measured| measured.elapsed() >= LOOK) {
+        if self.window.measured.is_none_or(|measured| measured.elapsed() >= LOOK) {
             let slots = self.farm.nodes.slots();
             let pieces = (FOR_EACH_SLOT * f64::from(slots) * self.tiles.share()).ceil().max(1.0) as usize;
-            self.room = Room { slots, pieces, measured: Some(Instant::now()) };
+            self.window = SendWindow { slots, pieces, measured: Some(Instant::now()) };
         }
-        let Room { slots, pieces: window, .. } = self.room;
+        let SendWindow { slots, pieces: window, .. } = self.window;
         while !self.order.control.is_cancelled() {
             let number = match self.unsent.pop() {
                 Some(number) => number,
-                None if self.flight.pieces.len() < window && !self.is_cut => {
+                None if self.in_flight.pieces.len() < window && !self.is_cut => {
                     let target = self.costs.target(self.order.class, self.tiles.pixels_left(), slots);
                     let tiles = self.costs.cut(target, || self.tiles.next());
                     self.is_cut = tiles.is_empty();
@@ -231,17 +231,17 @@ impl<'a> Coordinator<'a> {
     /// A new piece of some tiles, which is to be sent.
     fn add(&mut self, tiles: Vec<TilePlace>) -> u64 {
         let predicted = self.costs.of(tiles.iter().map(|tile| tile.region().pixels()).sum());
-        self.flight.add(tiles, predicted)
+        self.in_flight.add(tiles, predicted)
     }
 
     /// Gives a piece to the broker. If it has it already, since only its answer was lost, it says so.
     async fn send(&mut self, number: u64) -> Result<(), String> {
-        let Some(in_flight) = self.flight.pieces.get_mut(&number) else { return Ok(()) };
+        let Some(piece_in_flight) = self.in_flight.pieces.get_mut(&number) else { return Ok(()) };
         let &Order { name, tenant, class, ref scene, window, limit, .. } = self.order;
-        let tiles = in_flight.tiles.clone();
-        let piece = Piece::new([name, tenant, &self.life], number, scene, window.into(), tiles, limit.as_secs_f64());
+        let tiles = piece_in_flight.tiles.clone();
+        let piece = Piece::new([name, tenant, &self.session], number, scene, window.into(), tiles, limit.as_secs_f64());
         let message =
-            PublishMessage::build().payload(piece.write().into()).message_id(format!("{}.{number}", self.life));
+            PublishMessage::build().payload(piece.write().into()).message_id(format!("{}.{number}", self.session));
         let counts = &self.farm.counts;
         let sent = self.farm.broker.stream.send_publish(names::work(class, tenant, name), message).await;
         let acknowledged = match sent {
@@ -255,7 +255,7 @@ impl<'a> Coordinator<'a> {
             reasons(&error)
         })?;
         counts.pieces.fetch_add(1, Ordering::Relaxed);
-        in_flight.sequence = Some(acknowledged.sequence);
+        piece_in_flight.sequence = Some(acknowledged.sequence);
         Ok(())
     }
 
@@ -270,7 +270,7 @@ impl<'a> Coordinator<'a> {
 
     async fn take_bytes(&mut self, number: u32, bytes: &[u8]) -> Result<(), Stopped> {
         // A second result, or a late one.
-        let Some(place) = self.flight.place(number) else { return Ok(()) };
+        let Some(place) = self.in_flight.place(number) else { return Ok(()) };
         let size = [self.order.window.width, self.order.window.height];
         let region = |found| (found == number).then(|| place.region());
         let tile = self.owner.read(&mut &*bytes, size, region).ok().flatten();
@@ -279,14 +279,14 @@ impl<'a> Coordinator<'a> {
             // As long as it is there, it is the first.
             let deleted = self.farm.results.delete(self.order.name, number).await;
             deleted.map_err(Stopped::Broker)?;
-            self.unsent_again(number);
+            self.resend(number);
             return Ok(());
         };
         self.costs.learn(place.region(), tile.picture.trace_ms);
         self.farm.counts.tiles.fetch_add(1, Ordering::Relaxed);
         // They count for the tenant's quota, wherever they were traced.
         self.order.control.add_rays(tile.picture.rays.total());
-        for piece in self.flight.finish(number) {
+        for piece in self.in_flight.finish(number) {
             if let (Some(begun), false) = (piece.begun, piece.is_doubled) {
                 self.costs.piece_took(piece.predicted_ms, begun.elapsed().as_secs_f64() * 1e3);
             }
@@ -295,8 +295,8 @@ impl<'a> Coordinator<'a> {
     }
 
     /// Sends a tile in a piece of its own.
-    fn unsent_again(&mut self, tile: u32) {
-        if let Some(place) = self.flight.place(tile) {
+    fn resend(&mut self, tile: u32) {
+        if let Some(place) = self.in_flight.place(tile) {
             let number = self.add(vec![place]);
             self.unsent.push(number);
         }
@@ -304,7 +304,7 @@ impl<'a> Coordinator<'a> {
 
     fn note_begun(&mut self, message: &Message) {
         let Ok(begun) = serde_json::from_slice::<Begun>(&message.payload) else { return };
-        if let Some(piece) = self.flight.pieces.get_mut(&begun.piece) {
+        if let Some(piece) = self.in_flight.pieces.get_mut(&begun.piece) {
             let now = Instant::now();
             if piece.begun.is_some() && !begun.refused {
                 // The broker has given it to another node, since the first one was not heard of any more.
@@ -322,7 +322,7 @@ impl<'a> Coordinator<'a> {
     }
 
     /// A node has given up some work of the job.
-    fn bury(&mut self, message: &Message) -> Result<(), Stopped> {
+    fn on_dead_letter(&mut self, message: &Message) -> Result<(), Stopped> {
         let Ok(dead) = serde_json::from_slice::<Dead>(&message.payload) else { return Ok(()) };
         if dead.kind == Death::Differs {
             self.farm.counts.differing.fetch_add(1, Ordering::Relaxed);
@@ -331,7 +331,7 @@ impl<'a> Coordinator<'a> {
         }
         self.farm.counts.dead.fetch_add(1, Ordering::Relaxed);
         // Another node may have rendered its tiles.
-        let is_missing = |tile: &u32| self.flight.place(*tile).is_some();
+        let is_missing = |tile: &u32| self.in_flight.place(*tile).is_some();
         if dead.tiles.iter().any(is_missing) { Err(Stopped::Dead(dead.kind, dead.reason)) } else { Ok(()) }
     }
 
@@ -344,7 +344,7 @@ impl<'a> Coordinator<'a> {
         }
         // After the last tile only stragglers, whose tiles others have rendered, may go on.
         if !is_done || self.farm.counts.doubled.load(Ordering::Relaxed) > 0 {
-            let _ = self.farm.broker.client.publish(names::cancel(self.order.name), self.life.clone().into()).await;
+            let _ = self.farm.broker.client.publish(names::cancel(self.order.name), self.session.clone().into()).await;
         }
     }
 

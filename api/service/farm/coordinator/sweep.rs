@@ -37,14 +37,14 @@ impl Coordinator<'_> {
         self.check_memory()?;
         self.look_for_results(lease / 2).await?;
         let silent = |wait: Duration| {
-            move |(number, piece): (&u64, &super::flight::InFlight)| {
+            move |(number, piece): (&u64, &super::in_flight::InFlightPiece)| {
                 (piece.heard.elapsed() >= wait && piece.looked.elapsed() >= wait).then_some(*number)
             }
         };
-        let old: Vec<u64> = self.flight.pieces.iter().filter_map(silent(lease)).take(AT_ONCE).collect();
+        let old: Vec<u64> = self.in_flight.pieces.iter().filter_map(silent(lease)).take(AT_ONCE).collect();
         let mut is_stranded = None;
         for number in old {
-            let Some(piece) = self.flight.pieces.get_mut(&number) else { continue };
+            let Some(piece) = self.in_flight.pieces.get_mut(&number) else { continue };
             piece.looked = Instant::now();
             let Some(sequence) = piece.sequence else { continue };
             let very_old = piece.heard.elapsed() >= 4 * lease;
@@ -81,13 +81,13 @@ impl Coordinator<'_> {
 
     /// Fetches results of pieces that nodes have, and of which nothing was heard for some time.
     pub(super) async fn look_for_results(&mut self, silence: Duration) -> Result<(), Stopped> {
-        let silent: Vec<u64> = (self.flight.pieces.iter())
+        let silent: Vec<u64> = (self.in_flight.pieces.iter())
             .filter(|(_, piece)| piece.sequence.is_some() && piece.heard.elapsed() >= silence)
             .filter(|(_, piece)| silence.is_zero() || (piece.begun.is_some() && piece.looked.elapsed() >= silence))
             .map(|(number, _)| *number)
             .collect();
         for number in silent {
-            let Some(piece) = self.flight.pieces.get(&number) else { continue };
+            let Some(piece) = self.in_flight.pieces.get(&number) else { continue };
             for tile in piece.tiles.clone() {
                 match self.farm.results.get(self.order.name, tile.0).await {
                     Ok(Some(bytes)) => self.take_bytes(tile.0, &bytes).await?,
@@ -105,7 +105,7 @@ impl Coordinator<'_> {
 
     /// Sends the missing tiles of a piece once more, in place of it.
     fn send_again(&mut self, number: u64, why: &str) {
-        let tiles = self.flight.forget(number);
+        let tiles = self.in_flight.forget(number);
         if tiles.is_empty() {
             return;
         }
@@ -121,16 +121,16 @@ impl Coordinator<'_> {
             return;
         }
         let slots = self.farm.nodes.slots() as usize;
-        let mut free = slots.saturating_sub(self.flight.pieces.len());
+        let mut free = slots.saturating_sub(self.in_flight.pieces.len());
         let slow_ratio = self.costs.slow_ratio().unwrap_or(2.0);
-        let slow = |piece: &super::flight::InFlight| {
+        let slow = |piece: &super::in_flight::InFlightPiece| {
             let ran = piece.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64() * 1e3);
             !piece.is_doubled && ran > (SLOW * slow_ratio * piece.predicted_ms).max(SLOW_MS)
         };
         let stragglers: Vec<u64> =
-            self.flight.pieces.iter().filter(|(_, piece)| slow(piece)).map(|(number, _)| *number).collect();
+            self.in_flight.pieces.iter().filter(|(_, piece)| slow(piece)).map(|(number, _)| *number).collect();
         for number in stragglers {
-            let Some(piece) = self.flight.pieces.get_mut(&number).filter(|_| free > 0) else { return };
+            let Some(piece) = self.in_flight.pieces.get_mut(&number).filter(|_| free > 0) else { return };
             piece.is_doubled = true;
             let (tiles, mut copies) = (piece.tiles.clone(), Vec::new());
             let each = tiles.len().div_ceil(free);
@@ -159,10 +159,10 @@ impl Coordinator<'_> {
             stream_seq: u64,
         }
         let Ok(note) = serde_json::from_slice::<Note>(&message.payload) else { return Ok(()) };
-        let Some(number) = self.flight.of_sequence(note.stream_seq) else { return Ok(()) };
+        let Some(number) = self.in_flight.of_sequence(note.stream_seq) else { return Ok(()) };
         self.look_for_results(Duration::ZERO).await?;
         self.delete(note.stream_seq).await;
-        let Some(piece) = self.flight.pieces.get(&number) else { return Ok(()) };
+        let Some(piece) = self.in_flight.pieces.get(&number) else { return Ok(()) };
         if piece.begun.is_none() {
             // Nodes have handed it back, or were never heard of: none has tried.
             self.send_again(number, "it was handed back too often");
@@ -199,7 +199,7 @@ impl Coordinator<'_> {
         match found {
             Ok(message) => {
                 let piece = Piece::read(&message.payload);
-                let is_it = piece.is_ok_and(|piece| piece.life == self.life && piece.piece == number);
+                let is_it = piece.is_ok_and(|piece| piece.session == self.session && piece.piece == number);
                 Ok(if is_it { Place::There } else { Place::Gone })
             }
             Err(error) if error.kind() == DirectGetErrorKind::NotFound => Ok(Place::Gone),

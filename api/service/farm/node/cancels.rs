@@ -40,27 +40,27 @@ impl Cancels {
     }
 
     /// Whether what a coordinator has sent was cancelled.
-    pub(super) fn has(&self, life: &str) -> bool {
-        self.0.lock().cancelled.contains(life)
+    pub(super) fn has(&self, session: &str) -> bool {
+        self.0.lock().cancelled.contains(session)
     }
 
     /// A piece of a coordinator begins.
-    pub(super) fn enter(&self, life: &str, control: &Control) -> Running {
+    pub(super) fn enter(&self, session: &str, control: &Control) -> Running {
         let mut known = self.0.lock();
-        if known.cancelled.contains(life) {
+        if known.cancelled.contains(session) {
             control.cancel();
         }
         known.count += 1;
         let id = known.count;
-        known.running.insert(id, (life.to_owned(), control.clone()));
+        known.running.insert(id, (session.to_owned(), control.clone()));
         drop(known);
         Running(self.clone(), id)
     }
 
-    fn cancel(&self, life: &str) {
+    fn cancel(&self, session: &str) {
         let mut known = self.0.lock();
-        known.cancelled.put(life.to_owned(), ());
-        known.running.values().filter(|(running, _)| running == life).for_each(|(_, control)| control.cancel());
+        known.cancelled.put(session.to_owned(), ());
+        known.running.values().filter(|(running, _)| running == session).for_each(|(_, control)| control.cancel());
     }
 
     /// Stops everything that runs.
@@ -73,8 +73,8 @@ impl Cancels {
         loop {
             if let Ok(mut heard) = broker.client.subscribe(CANCELS).await {
                 while let Some(message) = heard.next().await {
-                    if let Ok(life) = std::str::from_utf8(&message.payload) {
-                        self.cancel(life);
+                    if let Ok(session) = std::str::from_utf8(&message.payload) {
+                        self.cancel(session);
                     }
                 }
             }

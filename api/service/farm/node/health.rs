@@ -14,9 +14,9 @@ const JOBS: usize = 3;
 /// How long both are avoided.
 const AVOIDED: Duration = Duration::from_secs(600);
 /// Time between two looks at the known picture.
-const LOOKS: Duration = Duration::from_secs(3_600);
+const CHECK_INTERVAL: Duration = Duration::from_secs(3_600);
 /// The same while the node takes no work.
-const LOOKS_EXCLUDED: Duration = Duration::from_secs(60);
+const CHECK_INTERVAL_EXCLUDED: Duration = Duration::from_secs(60);
 /// Jobs that are remembered.
 const REMEMBERED: usize = 1_000;
 /// Likewise of those that are too large, which each heartbeat names.
@@ -32,7 +32,7 @@ pub(super) struct Health {
     /// Why it takes no work, if it does not, and since when.
     excluded: watch::Sender<Exclusion>,
     /// Asks for a look at the known picture.
-    doubt: tokio::sync::Notify,
+    check_requested: tokio::sync::Notify,
 }
 
 #[derive(Debug, Default)]
@@ -49,7 +49,11 @@ struct Failures {
 
 impl Health {
     pub(super) fn new() -> Self {
-        Self { failures: Mutex::default(), excluded: watch::Sender::new(None), doubt: tokio::sync::Notify::new() }
+        Self {
+            failures: Mutex::default(),
+            excluded: watch::Sender::new(None),
+            check_requested: tokio::sync::Notify::new(),
+        }
     }
 
     /// Whether the job is left to others.
@@ -117,13 +121,13 @@ impl Health {
         self.excluded.subscribe()
     }
 
-    /// Looks at the known picture soon.
-    pub(super) fn doubt(&self) {
-        self.doubt.notify_one();
+    /// Asks for a check of the known picture soon.
+    pub(super) fn request_check(&self) {
+        self.check_requested.notify_one();
     }
 
-    /// Looks at the known picture.
-    pub(super) async fn look(&self) {
+    /// Renders the known picture, and excludes this node if it has other bytes.
+    pub(super) async fn check_golden(&self) {
         let found = tokio::task::spawn_blocking(golden::check).await;
         let found = found.unwrap_or_else(|_| Err("the check of a known picture has failed".into()));
         let since = self.excluded.borrow().as_ref().map(|(_, since)| *since);
@@ -137,18 +141,18 @@ impl Health {
         }
     }
 
-    /// Does so now and again, and if there is doubt.
-    pub(super) async fn watch(&self) {
+    /// Checks it every few minutes, and when asked to.
+    pub(super) async fn run(&self) {
         loop {
-            let until = if self.excluded.borrow().is_some() { LOOKS_EXCLUDED } else { LOOKS };
+            let until = if self.excluded.borrow().is_some() { CHECK_INTERVAL_EXCLUDED } else { CHECK_INTERVAL };
             let mut changes = self.excluded();
             tokio::select! {
                 () = tokio::time::sleep(until) => {}
-                () = self.doubt.notified() => {}
+                () = self.check_requested.notified() => {}
                 // From now on it looks more often.
                 _ = changes.changed() => continue,
             }
-            self.look().await;
+            self.check_golden().await;
         }
     }
 }

@@ -176,10 +176,10 @@ async fn serve(
     stopped: impl Future<Output = &'static str>,
 ) -> io::Result<()> {
     tokio::spawn(node.cancels.clone().listen(node.broker.clone()));
-    node.health.look().await;
+    node.health.check_golden().await;
     let watched = Arc::clone(&node);
-    tokio::spawn(async move { watched.health.watch().await });
-    let speaking = tokio::spawn(Arc::clone(&node).speak());
+    tokio::spawn(async move { watched.health.run().await });
+    let heartbeats = tokio::spawn(Arc::clone(&node).publish_heartbeats());
     let mut slots = JoinSet::new();
     for _ in 0..node.slots {
         let pool = Pool::start(Some(1), None)?;
@@ -198,7 +198,7 @@ async fn serve(
         node.cancels.stop_all();
         let _ = tokio::time::timeout(LAST_WAIT, all).await;
     }
-    speaking.abort();
+    heartbeats.abort();
     let goodbye = async {
         if let Ok(bucket) = nodes::bucket(&node.broker).await {
             let _ = bucket.delete(&node.id).await;
@@ -242,7 +242,7 @@ impl Node {
     }
 
     /// Says how it is, every few seconds and when that changes.
-    async fn speak(self: Arc<Self>) {
+    async fn publish_heartbeats(self: Arc<Self>) {
         let (mut changed, mut excluded) = (self.changed.subscribe(), self.health.excluded());
         loop {
             if let Ok(bucket) = nodes::bucket(&self.broker).await {

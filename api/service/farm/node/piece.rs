@@ -59,7 +59,7 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
             return answer(&message, AckKind::Term).await;
         }
     };
-    if node.cancels.has(&piece.life) {
+    if node.cancels.has(&piece.session) {
         return answer(&message, AckKind::Term).await;
     }
     if node.health.avoids(&piece.job) {
@@ -73,7 +73,7 @@ pub(super) async fn work(node: &Arc<Node>, pool: &Arc<Pool>, message: Message, l
     let _busy = node.busy();
     tell(node, &piece, false).await;
     let lease = Lease::keep(&message, node.lease, Duration::from_secs_f64(piece.limit_s.clamp(1.0, 86_400.0)));
-    let place = node.cancels.enter(&piece.life, &lease.control);
+    let place = node.cancels.enter(&piece.session, &lease.control);
     let rendered = render(node, pool, &piece, &lease, delivered > 1, last).await;
     let complaint = lease.complaint();
     drop((place, lease));
@@ -194,7 +194,7 @@ async fn keep(node: Arc<Node>, piece: Piece, tile: TilePlace, bytes: Vec<u8>) ->
         let reason = format!("two nodes have made different pixels of tile {}", tile.0);
         tracing::error!(job = piece.job, tile = tile.0, "another node has made other pixels of the same tile");
         report(&node, &piece, Death::Differs, reason, vec![tile.0]).await;
-        node.health.doubt();
+        node.health.request_check();
     }
     Ok(())
 }

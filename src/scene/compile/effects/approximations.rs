@@ -3,13 +3,13 @@
 //! The figures are means over 120 directions in a studio with white walls and panels of light, in 8-bit codes, against integrals of 1,024
 //! samples.
 
-use super::rule::{Facts, Said};
+use super::rule::{EffectReason, Facts};
+use crate::enum_names::list;
 use crate::lanes::Real;
 use crate::scene::description::Pbr;
 use crate::scene::effects::MAX_POINTERS;
 use crate::scene::problem::push_token;
 use crate::shading::lobes::{CLEARCOAT, MIRROR, NARROWEST};
-use crate::words::list;
 
 /// Codes that one mirror ray is off by roughness, of metals and of what is none.
 const MIRROR_RAY: [&[[f64; 2]]; 2] = [&[[0.0, 0.0], [0.05, 0.3], [0.1, 2.4]], &[[0.0, 0.0], [0.05, 0.05], [0.1, 0.3]]];
@@ -20,7 +20,7 @@ const BLURRED: [&[[f64; 2]]; 2] = [
     &[[0.0, 0.1], [0.1, 0.2], [0.2, 0.6], [0.3, 1.0], [0.5, 0.9], [0.6, 0.6], [1.0, 0.2]],
 ];
 
-pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let used = &facts.world.usage.materials;
     let all =
         facts.description.materials.iter().enumerate().filter_map(|(i, (name, m))| Some((i, name, m.pbr.as_deref()?)));
@@ -31,20 +31,20 @@ pub(super) fn metallic_roughness<R: Real>(facts: &Facts<'_, R>, on: bool) -> Sai
     };
     if !on {
         return match unseen.is_empty() {
-            true => Said::off("no material is written as in glTF"),
-            false => Said::asked("only materials of which no object can be seen ask for it", pointers(&unseen)),
+            true => EffectReason::off("no material is written as in glTF"),
+            false => EffectReason::asked("only materials of which no object can be seen ask for it", pointers(&unseen)),
         };
     }
-    let traced = facts.world.rules.traces_light();
+    let global_illumination = facts.world.rules.has_global_illumination();
     let lit_by_surroundings = facts.world.surroundings.is_some();
-    let told = seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| {
-        let how = if traced { by_rays(pbr) } else { how(pbr, lit_by_surroundings) };
+    let described = seen.iter().take(MAX_POINTERS).map(|(_, name, pbr)| {
+        let how = if global_illumination { by_rays(pbr) } else { how(pbr, lit_by_surroundings) };
         format!("{name}: {how}")
     });
-    Said::asked(told.collect::<Vec<_>>().join("; "), pointers(&seen))
+    EffectReason::asked(described.collect::<Vec<_>>().join("; "), pointers(&seen))
 }
 
-/// How a material is done where rays bring light.
+/// How a material is simulated with global illumination.
 fn by_rays(pbr: &Pbr) -> String {
     if pbr.shadow_catcher || pbr.unlit {
         return how(pbr, false);

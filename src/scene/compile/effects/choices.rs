@@ -1,10 +1,10 @@
 //! Effects that are means over choices.
 
 use super::light::by_light;
-use super::rule::{Facts, OfMaterial, Rule, Said, is_some};
+use super::rule::{EffectReason, Facts, OfMaterial, Rule, is_some};
 use crate::camera::Camera;
 use crate::lanes::Real;
-use crate::scene::compile::unseen::scatters;
+use crate::scene::compile::prune::scatters;
 use crate::scene::description::{self as d, Area, Light};
 use crate::scene::effects::{Effect, MAX_POINTERS};
 use crate::scene::problem::push_token;
@@ -55,22 +55,26 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             .without(|world| world.usage.moves = false),
         Rule::new(Effect::ColorBleeding, |world| world.rules.gathers(), color_bleeding)
             .without(|world| world.rules.color_bleeding = false),
-        Rule::new(Effect::GlobalIllumination, traces_light, global_illumination),
+        Rule::new(Effect::GlobalIllumination, global_illumination_shows, global_illumination),
         Rule::new(
             Effect::EnvironmentSampling,
-            |world| world.bright_directions.is_some() && traces_light(world),
+            |world| world.bright_directions.is_some() && global_illumination_shows(world),
             environment_sampling,
         )
         .without(|world| world.bright_directions = None),
-        Rule::new(Effect::EmitterSampling, |world| world.emitters.is_some() && traces_light(world), emitter_sampling)
-            .without(|world| world.emitters = None),
+        Rule::new(
+            Effect::EmitterSampling,
+            |world| world.emitters.is_some() && global_illumination_shows(world),
+            emitter_sampling,
+        )
+        .without(|world| world.emitters = None),
     ]
 }
 
-/// Whether rays bring light to surfaces that scatter or reflect it.
-fn traces_light<R: Real>(world: &World<R>) -> bool {
+/// Whether a surface scatters or reflects what global illumination brings.
+fn global_illumination_shows<R: Real>(world: &World<R>) -> bool {
     let takes_part = |material: &Material<R>| scatters(material) || material.pbr.as_ref().is_some_and(|pbr| !pbr.unlit);
-    world.rules.traces_light() && world.has_material(|material, _| takes_part(material))
+    world.rules.has_global_illumination() && world.has_material(|material, _| takes_part(material))
 }
 
 /// Whether bodies of a material split light: by bending it, which sheets do not, and in hollow bodies there is nothing; or by a
@@ -81,7 +85,7 @@ pub(in crate::scene::compile) fn disperses<R: Real>(material: &Material<R>, used
     material.dispersion > R::from_f64(0.0) && (bends || varnished)
 }
 
-fn soft_shadows<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn soft_shadows<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let area = |area: Option<Area>| match area {
         None => None,
         Some(Area::Disc(disc)) => Some(disc.radius > 0.0),
@@ -105,74 +109,77 @@ fn soft_shadows<R>(facts: &Facts<'_, R>, on: bool) -> Said {
     )
 }
 
-fn depth_of_field<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn depth_of_field<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     match &facts.description.camera {
-        _ if on => {
-            Said::asked_at("the camera has a lens: each sample chooses a point of it", "/camera/pinhole/aperture")
-        }
-        d::Camera::Pinhole(camera) if camera.focus_distance.is_some() => {
-            Said::asked_at("aperture is 0: everything is sharp at any distance", "/camera/pinhole/focus_distance")
-        }
-        _ => Said::off("the camera has no lens"),
+        _ if on => EffectReason::asked_at(
+            "the camera has a lens: each sample chooses a point of it",
+            "/camera/pinhole/aperture",
+        ),
+        d::Camera::Pinhole(camera) if camera.focus_distance.is_some() => EffectReason::asked_at(
+            "aperture is 0: everything is sharp at any distance",
+            "/camera/pinhole/focus_distance",
+        ),
+        _ => EffectReason::off("the camera has no lens"),
     }
 }
 
-fn motion_blur<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn motion_blur<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        Said::asked("objects move: each sample chooses a time", facts.pointers.moving.clone())
+        EffectReason::asked("objects move: each sample chooses a time", facts.pointers.moving.clone())
     } else {
-        Said::off("nothing moves")
+        EffectReason::off("nothing moves")
     }
 }
 
-fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn color_bleeding<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let because = "/render/color_bleeding";
     match facts.description.render.color_bleeding {
-        false => Said::off("not asked for: interreflection is the ambient light"),
-        true if facts.world.rules.faithful => Said::asked_at(
+        false => EffectReason::off("not asked for: interreflection is the ambient light"),
+        true if facts.world.rules.global_illumination => EffectReason::asked_at(
             "fidelity \"faithful\" brings light from surface to surface, and not once only",
             "/render/fidelity",
         ),
-        true if on => {
-            Said::asked_at("surfaces gather what others scatter, once: each sample chooses a direction", because)
-        }
+        true if on => EffectReason::asked_at(
+            "surfaces gather what others scatter, once: each sample chooses a direction",
+            because,
+        ),
         true if facts.world.rules.max_depth == 1 => {
-            Said::asked_at("max_depth is 1: only camera rays are followed", because)
+            EffectReason::asked_at("max_depth is 1: only camera rays are followed", because)
         }
-        true => Said::asked_at("all diffuse colors are black: there is nothing to gather", because),
+        true => EffectReason::asked_at("all diffuse colors are black: there is nothing to gather", because),
     }
 }
 
-fn global_illumination<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn global_illumination<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let because = "/render/fidelity";
     let faithful = facts.description.render.fidelity == d::Fidelity::Faithful;
     match (faithful, on) {
-        (false, _) => Said::off("fidelity is \"fast\": light from everywhere needs no rays"),
-        (true, true) => Said::asked_at(
+        (false, _) => EffectReason::off("fidelity is \"fast\": light from everywhere needs no rays"),
+        (true, true) => EffectReason::asked_at(
             "rays bring surfaces the light of others, of what glows and of the surroundings: each sample chooses a direction for \
              each lobe",
             because,
         ),
         (true, false) if facts.world.rules.max_depth == 1 => {
-            Said::asked_at("max_depth is 1: only camera rays are followed", because)
+            EffectReason::asked_at("max_depth is 1: only camera rays are followed", because)
         }
-        (true, false) => Said::asked_at("no surface scatters or reflects what rays would bring", because),
+        (true, false) => EffectReason::asked_at("no surface scatters or reflects what rays would bring", because),
     }
 }
 
-fn environment_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn environment_sampling<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
         let reason = "each sample looks for one bright direction of the environment, and shares what it finds with the rays of lobes";
-        return Said::asked_at(reason, "/environment");
+        return EffectReason::asked_at(reason, "/environment");
     }
-    Said::off(match facts.description.environment {
+    EffectReason::off(match facts.description.environment {
         None => "the scene has no environment",
         Some(_) if facts.description.render.fidelity == d::Fidelity::Fast => "fidelity is \"fast\"",
         Some(_) => "the environment has one color, is hidden or is behind fog: no direction is brighter",
     })
 }
 
-fn emitter_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn emitter_sampling<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
         let glowing = facts.description.materials.iter().filter(|(_, material)| match &material.pbr {
             Some(pbr) => is_some(pbr.emissive.factor()),
@@ -180,9 +187,9 @@ fn emitter_sampling<R>(facts: &Facts<'_, R>, on: bool) -> Said {
         });
         let because = glowing.map(|(name, _)| push_token("/materials", name)).take(MAX_POINTERS).collect();
         let reason = "each sample looks for one point of what glows, and shares what it finds with the rays of lobes";
-        return Said::asked(reason, because);
+        return EffectReason::asked(reason, because);
     }
-    Said::off(match facts.description.render.fidelity {
+    EffectReason::off(match facts.description.render.fidelity {
         d::Fidelity::Fast => "fidelity is \"fast\": what glows is seen, and lights nothing",
         d::Fidelity::Faithful => "no triangle, box or ball glows alike everywhere: rays find what glows by chance",
     })

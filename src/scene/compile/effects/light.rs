@@ -1,7 +1,7 @@
 //! What lights, the air and the surroundings do.
 
-use super::hiding::hides_nothing;
-use super::rule::{Facts, OfMaterial, Rule, Said, black, is_some};
+use super::rule::{EffectReason, Facts, OfMaterial, Rule, black, is_some};
+use super::self_shadowing::casts_no_shadow;
 use crate::accel::{Blockers, Shape};
 use crate::lanes::Real;
 use crate::scene::description::Diffuse;
@@ -22,7 +22,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
         Rule::new(
             Effect::DiffuseReflection,
             |world| {
-                let arrives = world.is_lit() || world.rules.gathers() || world.rules.traces_light();
+                let arrives = world.is_lit() || world.rules.gathers() || world.rules.has_global_illumination();
                 arrives && diffuse_materials().is_on(world)
             },
             diffuse,
@@ -68,7 +68,7 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
             .without(|world| (world.environment, world.bright_directions) = (None, None)),
         Rule::new(
             Effect::EnvironmentLight,
-            |world| world.surroundings.is_some() && !world.rules.faithful,
+            |world| world.surroundings.is_some() && !world.rules.global_illumination,
             environment_light,
         )
         .without(|world| world.surroundings = None),
@@ -89,18 +89,20 @@ pub(super) fn rules<R: Real>() -> Vec<Rule<R>> {
     ]
 }
 
-fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn ambient<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     match is_some(facts.description.ambient) {
-        true if on => Said::asked_at("the scene has ambient light", "/ambient"),
-        true if facts.world.rules.faithful => {
-            Said::asked_at("what rays bring surfaces takes its place", "/render/fidelity")
+        true if on => EffectReason::asked_at("the scene has ambient light", "/ambient"),
+        true if facts.world.rules.global_illumination => {
+            EffectReason::asked_at("what rays bring surfaces takes its place", "/render/fidelity")
         }
         true if facts.description.render.color_bleeding => {
-            Said::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
+            EffectReason::asked_at("what surfaces gather takes its place", "/render/color_bleeding")
         }
-        true => Said::asked_at("no surface has a color for it", "/ambient"),
-        false if on => Said::asked_at("the environment has one color: it is ambient light", "/environment/light"),
-        false => Said::off("ambient is 0"),
+        true => EffectReason::asked_at("no surface has a color for it", "/ambient"),
+        false if on => {
+            EffectReason::asked_at("the environment has one color: it is ambient light", "/environment/light")
+        }
+        false => EffectReason::off("ambient is 0"),
     }
 }
 
@@ -148,20 +150,20 @@ fn forget_diffuse<R: Real>(material: &mut Material<R>) {
 }
 
 /// Of what needs lights: the same, but for the reason where there are none.
-fn of_lights<R: Real>(of: &OfMaterial<R>, facts: &Facts<'_, R>, on: bool) -> Said {
-    let said = of.why(facts, on);
-    if said.asked && !on && !facts.world.is_lit() { no_light(facts) } else { said }
+fn of_lights<R: Real>(of: &OfMaterial<R>, facts: &Facts<'_, R>, on: bool) -> EffectReason {
+    let reason = of.why(facts, on);
+    if reason.asked && !on && !facts.world.is_lit() { no_light(facts) } else { reason }
 }
 
-fn no_light<R>(facts: &Facts<'_, R>) -> Said {
+fn no_light<R>(facts: &Facts<'_, R>) -> EffectReason {
     let shines = facts.description.lights.iter().any(Light::shines);
-    Said::asked_at(if shines { "no surface scatters the light" } else { "no light shines" }, "/lights")
+    EffectReason::asked_at(if shines { "no surface scatters the light" } else { "no light shines" }, "/lights")
 }
 
-fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let default = facts.world.usage.materials.last().is_some_and(|used| used.anywhere);
     match (on, default) {
-        (true, true) => Said::asked("bodies without a material are diffuse", Vec::new()),
+        (true, true) => EffectReason::asked("bodies without a material are diffuse", Vec::new()),
         (false, true) => no_light(facts),
         _ => of_lights(&diffuse_materials(), facts, on),
     }
@@ -181,18 +183,18 @@ fn shiny_materials<R: Real>() -> OfMaterial<R> {
     }
 }
 
-fn highlights<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn highlights<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     of_lights(&shiny_materials(), facts, on)
 }
 
-fn shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if facts.description.render.shadows == Shadows::None {
-        return Said::off("render.shadows is \"none\"").because("/render/shadows");
+        return EffectReason::off("render.shadows is \"none\"").because("/render/shadows");
     }
     if on {
-        return Said::asked_at("bodies hide the lights from each other", "/lights");
+        return EffectReason::asked_at("bodies hide the lights from each other", "/lights");
     }
-    match hides_nothing(facts.description, facts.world).filter(|_| facts.world.is_lit()) {
+    match casts_no_shadow(facts.description, facts.world).filter(|_| facts.world.is_lit()) {
         None => no_light(facts),
         Some((item, why)) => {
             let kind = match item.shape {
@@ -201,7 +203,7 @@ fn shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
                 Shape::Sphere(_) => "sphere",
                 _ => "box",
             };
-            Said::asked(why, vec![format!("{}/{kind}", (facts.source)(item.source))])
+            EffectReason::asked(why, vec![format!("{}/{kind}", (facts.source)(item.source))])
         }
     }
 }
@@ -211,13 +213,15 @@ fn lets_light_through<R>(world: &World<R>) -> bool {
     world.rules.shadows == Some(Blockers::Transmissive)
 }
 
-fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn transmissive_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let because = "/render/shadows";
     match facts.description.render.shadows {
-        Shadows::Opaque | Shadows::None => Said::off("render.shadows is not \"transmissive\""),
-        Shadows::Transmissive if on => Said::asked_at("transmitting bodies let some of the light through", because),
-        Shadows::Transmissive if !facts.world.transmits => Said::asked_at("no body transmits light", because),
-        Shadows::Transmissive => Said::asked_at("there are no shadows", because),
+        Shadows::Opaque | Shadows::None => EffectReason::off("render.shadows is not \"transmissive\""),
+        Shadows::Transmissive if on => {
+            EffectReason::asked_at("transmitting bodies let some of the light through", because)
+        }
+        Shadows::Transmissive if !facts.world.transmits => EffectReason::asked_at("no body transmits light", because),
+        Shadows::Transmissive => EffectReason::asked_at("there are no shadows", because),
     }
 }
 
@@ -238,75 +242,77 @@ fn absorbing_bodies<R: Real>() -> OfMaterial<R> {
     }
 }
 
-fn colored_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn colored_shadows<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let absorption = absorbing_bodies();
     if on {
         let reason = "bodies absorb some of the light on its way to surfaces";
-        return Said { reason: reason.into(), ..absorption.why(facts, true) };
+        return EffectReason { reason: reason.into(), ..absorption.why(facts, true) };
     }
     if !absorption.is_on(facts.world) {
-        return Said::off("no body absorbs the light that passes through it");
+        return EffectReason::off("no body absorbs the light that passes through it");
     }
     if facts.description.render.shadows != Shadows::Transmissive {
-        return Said::off("render.shadows is not \"transmissive\"").because("/render/shadows");
+        return EffectReason::off("render.shadows is not \"transmissive\"").because("/render/shadows");
     }
     no_light(facts)
 }
 
-fn fog<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn fog<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     match &facts.description.fog {
         Some(fog) if on => {
             let how = if fog.height.is_some() { "fog that thins out with height" } else { "fog" };
-            Said::asked_at(format!("{how} fades what is far away"), "/fog")
+            EffectReason::asked_at(format!("{how} fades what is far away"), "/fog")
         }
-        Some(fog) if fog.density > 0.0 => Said::asked_at("it is too thin for single precision", "/fog/density"),
-        Some(_) => Said::asked_at("fog.density is 0", "/fog/density"),
-        None => Said::off("the scene has no fog"),
+        Some(fog) if fog.density > 0.0 => EffectReason::asked_at("it is too thin for single precision", "/fog/density"),
+        Some(_) => EffectReason::asked_at("fog.density is 0", "/fog/density"),
+        None => EffectReason::off("the scene has no fog"),
     }
 }
 
-fn environment<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn environment<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     match &facts.description.environment {
-        None => Said::off("rays that hit nothing see the background"),
+        None => EffectReason::off("rays that hit nothing see the background"),
         Some(environment) if on && environment.sky.is_some() => {
-            Said::asked_at("rays that hit nothing see a sky", "/environment/sky")
+            EffectReason::asked_at("rays that hit nothing see a sky", "/environment/sky")
         }
         Some(environment) if on && environment.studio.is_some() => {
-            Said::asked_at("rays that hit nothing see a studio", "/environment/studio")
+            EffectReason::asked_at("rays that hit nothing see a studio", "/environment/studio")
         }
-        Some(_) if on => Said::asked_at("rays that hit nothing see a picture", "/environment"),
+        Some(_) if on => EffectReason::asked_at("rays that hit nothing see a picture", "/environment"),
         Some(environment) if environment.intensity == 0.0 => {
-            Said::asked_at("its intensity is 0: it is black", "/environment/intensity")
+            EffectReason::asked_at("its intensity is 0: it is black", "/environment/intensity")
         }
-        Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", "/environment"),
+        Some(_) if facts.world.usage.enclosed => EffectReason::asked_at("the eye is in a closed room", "/environment"),
         Some(_) if facts.world.fog.is_some() => {
-            Said::asked_at("fog hides it: it is infinitely far away", "/environment")
+            EffectReason::asked_at("fog hides it: it is infinitely far away", "/environment")
         }
-        Some(_) => Said::asked_at("it has one color: it is a background", "/environment"),
+        Some(_) => EffectReason::asked_at("it has one color: it is a background", "/environment"),
     }
 }
 
-fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn environment_light<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let at = "/environment/light";
     match &facts.description.environment {
-        Some(environment) if environment.light == EnvironmentLight::None && facts.world.rules.faithful => {
-            Said::off("rays bring the light of all that they see")
+        Some(environment) if environment.light == EnvironmentLight::None && facts.world.rules.global_illumination => {
+            EffectReason::off("rays bring the light of all that they see")
         }
         Some(environment) if environment.light == EnvironmentLight::None => {
-            Said::off("the environment is seen, and lights nothing: environment.light is \"none\"")
+            EffectReason::off("the environment is seen, and lights nothing: environment.light is \"none\"")
         }
-        None => Said::off("the scene has no environment"),
-        Some(_) if facts.world.rules.faithful => {
-            Said::asked_at("rays bring the light of the environment", "/render/fidelity")
+        None => EffectReason::off("the scene has no environment"),
+        Some(_) if facts.world.rules.global_illumination => {
+            EffectReason::asked_at("rays bring the light of the environment", "/render/fidelity")
         }
-        Some(_) if on => Said::asked_at(
+        Some(_) if on => EffectReason::asked_at(
             "surfaces scatter the light of the environment, by 9 coefficients, about 0.5 codes off, and rough ones reflect it \
              blurred; nothing hides it from them. What is proved about rays holds for that light, not for its error",
             at,
         ),
-        Some(environment) if environment.intensity == 0.0 => Said::asked_at("its intensity is 0: it is black", at),
-        Some(_) if facts.world.usage.enclosed => Said::asked_at("the eye is in a closed room", at),
-        Some(_) => Said::asked_at("it has one color: it is ambient light", at),
+        Some(environment) if environment.intensity == 0.0 => {
+            EffectReason::asked_at("its intensity is 0: it is black", at)
+        }
+        Some(_) if facts.world.usage.enclosed => EffectReason::asked_at("the eye is in a closed room", at),
+        Some(_) => EffectReason::asked_at("it has one color: it is ambient light", at),
     }
 }
 
@@ -316,27 +322,27 @@ pub(super) fn by_light<R>(
     asks: impl Fn(&Light) -> bool,
     says: [&'static str; 3],
     on: bool,
-) -> Said {
+) -> EffectReason {
     let [why_on, black, off] = says;
     let asking = facts.description.lights.iter().enumerate().filter(|(_, light)| asks(light));
     let pointers: Vec<String> =
         asking.filter(|(_, light)| light.shines() || !on).map(|(i, _)| format!("/lights/{i}")).collect();
     match (on, pointers.is_empty()) {
-        (true, _) => Said::asked(why_on, pointers),
+        (true, _) => EffectReason::asked(why_on, pointers),
         (false, false) if facts.description.lights.iter().any(|light| asks(light) && light.shines()) => {
-            Said::asked("no surface scatters the light", pointers)
+            EffectReason::asked("no surface scatters the light", pointers)
         }
-        (false, false) => Said::asked(black, pointers),
-        (false, true) => Said::off(off),
+        (false, false) => EffectReason::asked(black, pointers),
+        (false, true) => EffectReason::off(off),
     }
 }
 
-fn spot_lights<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn spot_lights<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let says = ["lights shine into cones", "all spots are black", "no light is a spot"];
     by_light(facts, |light| matches!(light, Light::Spot(_)), says, on)
 }
 
-fn falloff<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn falloff<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let fades = |light: &Light| match light {
         Light::Point(d::PointLight { falloff, .. }) | Light::Spot(d::SpotLight { falloff, .. }) => {
             *falloff != Falloff::None

@@ -5,20 +5,20 @@
 
 mod approximations;
 mod choices;
-mod hiding;
 mod light;
 mod picture;
 mod rays;
 mod recursion;
 mod rule;
+mod self_shadowing;
 mod surfaces;
 
 pub(super) use choices::disperses;
-pub(super) use hiding::hides_nothing;
 pub(super) use picture::refines;
 pub(super) use rule::{Facts, black};
+pub(super) use self_shadowing::casts_no_shadow;
 
-use super::unseen;
+use super::prune;
 use crate::accel::Blockers;
 use crate::lanes::Real;
 use crate::scene::effects::{Effect, Entry};
@@ -27,7 +27,7 @@ use crate::shading::material::{Fresnel, Material};
 use rule::Rule;
 
 /// Sets all of a world that follows from the rest: its effects above all.
-pub(super) fn settle<R: Real>(world: &mut World<R>) {
+pub(super) fn derive_flags<R: Real>(world: &mut World<R>) {
     let any = |kind: fn(&Material<R>) -> bool| world.has_material(|material, _| kind(material));
     let (transmits, reflects) = (any(Material::transmits), any(Material::mirrors));
     let conducts = world.has_material(|material, _| matches!(material.fresnel, Fresnel::Conductor | Fresnel::Layered));
@@ -47,7 +47,7 @@ pub(super) fn settle<R: Real>(world: &mut World<R>) {
 
 /// Whether a surface scatters light and sends it on in other ways as well.
 fn branches<R: Real>(material: &Material<R>) -> bool {
-    let scatters = unseen::scatters(material) || material.textures.as_ref().is_some_and(|own| own.diffuse.is_some());
+    let scatters = prune::scatters(material) || material.textures.as_ref().is_some_and(|own| own.diffuse.is_some());
     scatters && (material.mirrors() || material.transmits())
 }
 
@@ -66,9 +66,9 @@ pub(super) fn remove<R: Real>(effect: Effect, world: &mut World<R>) -> bool {
         return false;
     };
     remove(world);
-    unseen::remove_ambient_light(world);
-    unseen::remove_unlit(world);
-    settle(world);
+    prune::remove_ambient_light(world);
+    prune::remove_unlit(world);
+    derive_flags(world);
     true
 }
 

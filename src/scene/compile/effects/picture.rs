@@ -1,6 +1,6 @@
 //! How the picture is taken.
 
-use super::rule::{Facts, Rule, Said};
+use super::rule::{EffectReason, Facts, Rule};
 use crate::film::{Display, ToneMapping};
 use crate::lanes::Real;
 use crate::scene::description::{Accuracy, Camera, Precision};
@@ -26,60 +26,60 @@ pub(in crate::scene::compile) fn refines(antialias: bool, samples: u32, statisti
 pub(super) fn antialiasing<R>(facts: &Facts<'_, R>) -> Entry {
     let (render, samples) = (&facts.description.render, facts.samples);
     let statistical = matches!(render.accuracy(), Accuracy::Statistical(_));
-    let said = match render.antialias {
+    let reason = match render.antialias {
         true if statistical => {
-            Said::asked_at("each pixel gets as many samples as its own spread asks for", "/render/accuracy")
+            EffectReason::asked_at("each pixel gets as many samples as its own spread asks for", "/render/accuracy")
         }
         true if facts.adaptive => {
-            Said::asked_at("each pixel gets as many samples as its error asks for", "/render/samples")
+            EffectReason::asked_at("each pixel gets as many samples as its error asks for", "/render/samples")
         }
         true if samples >= REFINED_SAMPLES => {
-            Said::asked_at(format!("every pixel has {samples} samples anyway"), "/render/samples")
+            EffectReason::asked_at(format!("every pixel has {samples} samples anyway"), "/render/samples")
         }
-        true => Said::asked_at("pixels that differ from a neighbour get 4 to 16 samples", "/render/antialias"),
-        false => Said::off("render.antialias is false").because("/render/antialias"),
+        true => EffectReason::asked_at("pixels that differ from a neighbour get 4 to 16 samples", "/render/antialias"),
+        false => EffectReason::off("render.antialias is false").because("/render/antialias"),
     };
-    said.entry(Effect::Antialiasing, refines(render.antialias, samples, statistical))
+    reason.entry(Effect::Antialiasing, refines(render.antialias, samples, statistical))
 }
 
-fn instancing<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn instancing<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        Said::asked("objects are placed, not copied", facts.pointers.placed.clone())
+        EffectReason::asked("objects are placed, not copied", facts.pointers.placed.clone())
     } else {
-        Said::off("no object is placed by a transform")
+        EffectReason::off("no object is placed by a transform")
     }
 }
 
-fn projection<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn projection<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let camera = &facts.description.camera;
     debug_assert_eq!(on, !matches!(camera, Camera::Pinhole(_)));
-    Said::off(format!("the camera is {}", camera.kind())).because(format!("/camera/{}", camera.kind()))
+    EffectReason::off(format!("the camera is {}", camera.kind())).because(format!("/camera/{}", camera.kind()))
 }
 
-fn alpha_channel<R>(_: &Facts<'_, R>, on: bool) -> Said {
+fn alpha_channel<R>(_: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        Said::asked_at(
+        EffectReason::asked_at(
             "the picture has an alpha channel: rays that reach the background tell how much of it is seen",
             "/film/background",
         )
     } else {
-        Said::off("film.background is \"scene\"")
+        EffectReason::off("film.background is \"scene\"")
     }
 }
 
-fn tone_mapping<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn tone_mapping<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let film = &facts.description.film;
     if !on {
-        return Said::off("light is shown as it is: film names neither exposure nor tone");
+        return EffectReason::off("light is shown as it is: film names neither exposure nor tone");
     }
     let asked = [("/film/exposure", film.exposure != 0.0), ("/film/tone", film.tone != ToneMapping::None)];
     let because = asked.into_iter().filter(|(_, asked)| *asked).map(|(key, _)| key.to_owned());
-    Said::asked("codes are those of the light as the film shows it", because.collect())
+    EffectReason::asked("codes are those of the light as the film shows it", because.collect())
 }
 
-fn double_precision<R>(facts: &Facts<'_, R>, _: bool) -> Said {
+fn double_precision<R>(facts: &Facts<'_, R>, _: bool) -> EffectReason {
     match facts.description.render.precision {
-        Precision::Double => Said::asked_at("asked for", "/render/precision"),
-        Precision::Single => Said::off("render.precision is \"single\""),
+        Precision::Double => EffectReason::asked_at("asked for", "/render/precision"),
+        Precision::Single => EffectReason::off("render.precision is \"single\""),
     }
 }

@@ -1,6 +1,6 @@
 //! What mirrors, and what passes through bodies.
 
-use super::rule::{Facts, OfMaterial, Rule, Said, black, is_some};
+use super::rule::{EffectReason, Facts, OfMaterial, Rule, black, is_some};
 use crate::lanes::Real;
 use crate::scene::description as d;
 use crate::scene::effects::Effect;
@@ -106,18 +106,18 @@ fn bends<R: Real>(material: &Material<R>, used: Used) -> bool {
     used.filled && material.transmits() && !is_empty
 }
 
-fn total_reflection<R: Real>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn total_reflection<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        return Said::asked("light can meet a less dense medium at a grazing angle", Vec::new());
+        return EffectReason::asked("light can meet a less dense medium at a grazing angle", Vec::new());
     }
     bending_bodies().why(facts, on).or_off("no refraction")
 }
 
-fn hollow<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn hollow<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        Said::asked("bodies enclose empty space", facts.pointers.hollow.clone())
+        EffectReason::asked("bodies enclose empty space", facts.pointers.hollow.clone())
     } else {
-        Said::off("no body is hollow")
+        EffectReason::off("no body is hollow")
     }
 }
 

@@ -1,6 +1,6 @@
 //! Whether any ray that leaves a surface is followed.
 
-use super::rule::Said;
+use super::rule::EffectReason;
 use crate::lanes::Real;
 use crate::scene::description::Description;
 use crate::scene::world::{Pruning, World};
@@ -31,13 +31,13 @@ impl Cut {
     }
 
     /// The reason for effects of such rays.
-    pub(super) fn said(self, description: &Description) -> Said {
+    pub(super) fn reason(self, description: &Description) -> EffectReason {
         match self {
-            Self::Depth => Said::asked_at("max_depth is 1: only camera rays are followed", "/render/max_depth"),
+            Self::Depth => EffectReason::asked_at("max_depth is 1: only camera rays are followed", "/render/max_depth"),
             Self::Weight => {
                 let least = description.render.fixed_weight();
                 let reason = format!("min_weight is {least}: no ray is heavy enough to be followed");
-                Said::asked_at(reason, "/render/min_weight")
+                EffectReason::asked_at(reason, "/render/min_weight")
             }
         }
     }

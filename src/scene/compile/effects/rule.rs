@@ -26,7 +26,7 @@ pub(super) enum When<R> {
     Scene {
         on: fn(&World<R>) -> bool,
         /// Given whether it is on.
-        why: fn(&Facts<'_, R>, bool) -> Said,
+        why: fn(&Facts<'_, R>, bool) -> EffectReason,
     },
 }
 
@@ -59,14 +59,14 @@ pub(in crate::scene::compile) struct Facts<'a, R> {
     pub(in crate::scene::compile) adaptive: bool,
 }
 
-/// What is said about an effect.
-pub(super) struct Said {
+/// Why an effect is on, off or removed.
+pub(super) struct EffectReason {
     pub(super) reason: Cow<'static, str>,
     pub(super) because: Vec<String>,
     pub(super) asked: bool,
 }
 
-impl Said {
+impl EffectReason {
     /// About one that is on, or removed.
     pub(super) fn asked(reason: impl Into<Cow<'static, str>>, because: Vec<String>) -> Self {
         Self { reason: reason.into(), because, asked: true }
@@ -106,7 +106,7 @@ impl Said {
 
 impl<R: Real> Rule<R> {
     /// One that looks at more than materials.
-    pub(super) fn new(effect: Effect, on: fn(&World<R>) -> bool, why: fn(&Facts<'_, R>, bool) -> Said) -> Self {
+    pub(super) fn new(effect: Effect, on: fn(&World<R>) -> bool, why: fn(&Facts<'_, R>, bool) -> EffectReason) -> Self {
         Self { effect, when: When::Scene { on, why }, remove: None }
     }
 
@@ -130,11 +130,11 @@ impl<R: Real> Rule<R> {
 
     pub(super) fn explain(&self, facts: &Facts<'_, R>) -> Entry {
         let on = self.is_on(facts.world);
-        let said = match &self.when {
+        let reason = match &self.when {
             When::Material(of) => of.why(facts, on),
             When::Scene { why, .. } => why(facts, on),
         };
-        said.entry(self.effect, on)
+        reason.entry(self.effect, on)
     }
 }
 
@@ -145,7 +145,7 @@ impl<R: Real> OfMaterial<R> {
     }
 
     /// Who asks for it, and what keeps it from being seen.
-    pub(super) fn why(&self, facts: &Facts<'_, R>, on: bool) -> Said {
+    pub(super) fn why(&self, facts: &Facts<'_, R>, on: bool) -> EffectReason {
         let used = &facts.world.usage.materials;
         let asking = facts.description.materials.iter().enumerate().filter_map(|(i, (name, material))| {
             let key = (self.asks)(material)?;
@@ -157,19 +157,19 @@ impl<R: Real> OfMaterial<R> {
         };
         let showing = those(&|i| used[i].anywhere && (self.shows)(&facts.world.materials[i], used[i]));
         if on {
-            return Said::asked(self.on, showing);
+            return EffectReason::asked(self.on, showing);
         }
         if let (true, false, Some(cut)) = (self.follows, showing.is_empty(), Cut::of(facts.world)) {
-            return cut.said(facts.description);
+            return cut.reason(facts.description);
         }
         if asking.is_empty() {
-            return Said::off(self.off);
+            return EffectReason::off(self.off);
         }
         let bodies = those(&|i| used[i].anywhere);
         if bodies.is_empty() {
-            return Said::asked("only materials of which no object can be seen ask for it", those(&|_| true));
+            return EffectReason::asked("only materials of which no object can be seen ask for it", those(&|_| true));
         }
-        Said::asked(self.removed, bodies)
+        EffectReason::asked(self.removed, bodies)
     }
 }
 

@@ -8,18 +8,17 @@
 
 use crate::accel::{Item, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{Camera, Description, Shadows};
+use crate::scene::compile::camera::eye_radius;
+use crate::scene::compile::occluded::ROUNDING_MARGIN;
+use crate::scene::description::{Description, Shadows};
 use crate::scene::world::World;
 use crate::scene::world::shows;
 use crate::shading::light::{Area, Light, Source};
 use crate::shape::Sides;
 use glam::DVec3;
 
-/// Distances above this share of all lengths involved are beyond all roundings.
-const CLEAR: f64 = 1.0 / 1024.0;
-
 /// The only body of a world, and why it hides no light from itself, if that is so.
-pub(in crate::scene::compile) fn hides_nothing<'w, R: Real>(
+pub(in crate::scene::compile) fn casts_no_shadow<'w, R: Real>(
     description: &Description,
     world: &'w World<R>,
 ) -> Option<(&'w Item<R>, &'static str)> {
@@ -39,17 +38,12 @@ pub(in crate::scene::compile) fn hides_nothing<'w, R: Real>(
         world.lights.iter().filter(|light| shows(light.color)).all(|light| match middle(light) {
             // Of parallel light the same product says which side is lit and where its rays go.
             None => true,
-            Some(middle) => off(middle) > reach(light) + CLEAR * (size + middle.abs().max_element()),
+            Some(middle) => off(middle) > reach(light) + ROUNDING_MARGIN * (size + middle.abs().max_element()),
         })
     };
     let outside = |off: f64, size: f64| {
-        let around_eye = match &description.camera {
-            Camera::Pinhole(pinhole) => 0.5 * pinhole.aperture,
-            Camera::Orthographic(_) => f64::INFINITY,
-            _ => 0.0,
-        };
         let opaque = !item.lets_light_through() && !item.has_holes && item.sides != Sides::Inside;
-        opaque && off > around_eye + CLEAR * (size + eye.abs().max_element())
+        opaque && off > eye_radius(description) + ROUNDING_MARGIN * (size + eye.abs().max_element())
     };
     match &item.shape {
         Shape::Plane(plane) => {

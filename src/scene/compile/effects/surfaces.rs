@@ -1,7 +1,7 @@
 //! What surfaces look like.
 
 use super::approximations::metallic_roughness;
-use super::rule::{Facts, OfMaterial, Rule, Said};
+use super::rule::{EffectReason, Facts, OfMaterial, Rule};
 use crate::lanes::Real;
 use crate::scene::description::Diffuse;
 use crate::scene::description::Material as Described;
@@ -211,22 +211,22 @@ fn change<R>(material: &mut Material<R>, change: impl Fn(&mut Textures)) {
     }
 }
 
-fn shadow_catcher<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn shadow_catcher<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     let asking =
         facts.description.materials.iter().filter(|(_, m)| m.pbr.as_ref().is_some_and(|pbr| pbr.shadow_catcher));
     let because: Vec<String> =
         asking.map(|(name, _)| push_token(&push_token("/materials", name), "pbr")).take(MAX_POINTERS).collect();
     match (on, because.is_empty()) {
-        (true, _) => Said::asked("surfaces show the shadows of lights alone", because),
-        (false, false) => Said::asked("no light casts shadows on them, or no object uses them", because),
-        (false, true) => Said::off("no surface shows shadows alone"),
+        (true, _) => EffectReason::asked("surfaces show the shadows of lights alone", because),
+        (false, false) => EffectReason::asked("no light casts shadows on them, or no object uses them", because),
+        (false, true) => EffectReason::off("no surface shows shadows alone"),
     }
 }
 
-fn smooth_normals<R>(facts: &Facts<'_, R>, on: bool) -> Said {
+fn smooth_normals<R>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
     if on {
-        Said::asked("meshes interpolate their normals", facts.pointers.smooth.clone())
+        EffectReason::asked("meshes interpolate their normals", facts.pointers.smooth.clone())
     } else {
-        Said::off("no mesh has normals")
+        EffectReason::off("no mesh has normals")
     }
 }

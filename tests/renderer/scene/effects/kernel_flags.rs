@@ -69,7 +69,7 @@ impl<R: Real> Told<'_, R> {
     fn of(&self, effect: Effect) -> Option<bool> {
         let (world, zero) = (self.world, R::from_f64(0.0));
         let gathers = world.rules.color_bleeding && world.rules.max_depth > 1;
-        let traces = world.rules.faithful && world.rules.max_depth > 1;
+        let traces = world.rules.global_illumination && world.rules.max_depth > 1;
         let transmissive = world.rules.shadows == Some(Blockers::Transmissive);
         let absorbs = |m: &Material<R>, used: Used| {
             used.filled && bright(m.absorption) && (bright(m.transmission) || used.around_eye)
@@ -120,7 +120,7 @@ impl<R: Real> Told<'_, R> {
             Effect::BumpMapping => self.has_bump(|bump| !matches!(bump, BumpMap::Normals { .. })),
             Effect::NormalMapping => self.has_bump(|bump| matches!(bump, BumpMap::Normals { .. })),
             Effect::EnvironmentMap => world.environment.is_some(),
-            Effect::EnvironmentLight => world.surroundings.is_some() && !world.rules.faithful,
+            Effect::EnvironmentLight => world.surroundings.is_some() && !world.rules.global_illumination,
             Effect::MetallicRoughness => self.any(|m, _| m.pbr.is_some()),
             Effect::ShadowCatcher => {
                 world.rules.shadows.is_some() && self.light(|_| true) && self.any(|m, _| m.catches_shadows())

@@ -2,10 +2,10 @@
 //! takes out of a built scene is what a description without it would not have.
 
 mod alone;
+mod kernel_flags;
 mod pairs;
 mod random_scene;
 mod switched_off;
-mod told;
 
 use crate::common::{on_own_threads, read, scene_names};
 use random_scene::random_scene;
