@@ -74,19 +74,9 @@
 //!
 //! # Modules
 //!
-//! Each row imports only from the rows below it, and within a row only from the left (a test holds this):
-//!
-//! ```text
-//! oracle     reference: a slow, independent tracer for the tests
-//! answers    plan: effects and estimates   tradeoff: what accuracy costs
-//! pictures   render: tiles, antialiasing   inspect: single rays, ray trees, maps
-//! rays       trace: the recursion
-//! frames     sequence: cameras and bodies that move
-//! scene      scene: text -> Description -> Scene
-//! models     models: glTF, OBJ, STL and PLY into one neutral model
-//! parts      shape  film  metrics  accel  shading  camera  bound: what is proved
-//! numbers    words  math  lanes  ray  control: pausing and cancelling
-//! ```
+//! `ARCHITECTURE.md` has the map: which module imports which, from the top down. A scene goes through `scene` (text to
+//! [`scene::Scene`]), `plan` says what it calls for, `render` makes its picture of the rays of `trace`, `inspect` answers questions about
+//! single rays and pixels, `tradeoff` says what accuracy costs.
 //!
 //! The kernel in `trace` is written once, over a number type of `lanes`: 16 single-precision or 8 double-precision lanes for
 //! packets of rays, one lane for single rays. So precision, instruction set and number of threads never change how a picture

@@ -32,6 +32,10 @@ pub struct Tree {
     /// contributions, that of `fog` before its own, times the number of samples, added in the order of `rays` in this precision
     /// together with the rounding errors of these additions.
     pub value: [f64; 3],
+    /// The 8-bit codes that the picture shows for the value, with its exposure and tone.
+    pub codes: [u8; 3],
+    /// How many codes these are off at most, for what the contributions lack; 255 if nothing bounds that.
+    pub codes_off: u8,
     /// What the proved mode adds so that the pixel lies in the middle of what it may be; 0 for most pixels.
     pub raised: [f64; 3],
     /// R: at most so much the contributions lack, for rays that were not followed and lights that were not asked for.
@@ -98,7 +102,7 @@ pub struct Node {
     /// Snell's law where it hits a surface that transmits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snell: Option<SnellAngles>,
-    /// For shadow rays: the light's number.
+    /// For shadow rays: the number of the light in `lights` of the scene, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<usize>,
     /// For shadow rays: how much of each channel passes.
@@ -242,7 +246,11 @@ where
     rays.iter_mut().for_each(|node| node.share(f64::from(samples)));
     bound_pruned(scene, value, &mut rays);
     let lacking = mean.omitted;
-    Ok(Tree { pixel: [x, y], precision, samples, value, raised, lacking, truncated, rays })
+    let [shown, low, high] = [value, mean.light, std::array::from_fn(|c| mean.light[c] + lacking[c])]
+        .map(|color| color.map(|channel: f64| channel as f32));
+    let codes_off = scene.display().codes_around(shown, low, high).into_iter().fold(0, u8::max);
+    let codes = scene.display().codes(shown);
+    Ok(Tree { pixel: [x, y], precision, samples, value, codes, codes_off, raised, lacking, truncated, rays })
 }
 
 /// Says of each ray that was not followed what it could have changed: its weight times the most radiance there can be.
@@ -388,7 +396,7 @@ impl<L: Lanes> Observer<L> for Recorder<'_, L::Real> {
             origin: wide(origin),
             direction: wide(to_light),
             media,
-            light: Some(light),
+            light: Some(self.world.lights[light].number as usize),
             transmittance: Some(wide(passed)),
             ..blank()
         });

@@ -18,8 +18,8 @@ use std::collections::BTreeMap;
 pub struct Explanation {
     /// Every effect the renderer knows.
     pub effects: Vec<Row>,
-    /// Effects that this renderer never simulates.
-    pub not_simulated: &'static [&'static str],
+    /// Effects of light that no ray of the picture simulates.
+    pub not_simulated: Vec<&'static str>,
 }
 
 /// One effect.
@@ -48,11 +48,13 @@ pub struct Row {
     pub act: Option<EffectCost>,
 }
 
-const NOT_SIMULATED: &[&str] = &["caustics", "repeated_diffuse_interreflection", "diffraction", "polarisation"];
-
 /// The effects of a scene.
 pub fn explain(scene: &Scene) -> Explanation {
-    Explanation { effects: scene.effects.iter().map(Row::new).collect(), not_simulated: NOT_SIMULATED }
+    let is_global =
+        scene.effects.iter().any(|entry| entry.effect == Effect::GlobalIllumination && entry.state == State::On);
+    let mut not_simulated = vec!["caustics", "repeated_diffuse_interreflection", "diffraction", "polarisation"];
+    not_simulated.retain(|name| !(is_global && *name == "repeated_diffuse_interreflection"));
+    Explanation { effects: scene.effects.iter().map(Row::new).collect(), not_simulated }
 }
 
 impl Explanation {

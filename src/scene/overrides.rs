@@ -141,7 +141,8 @@ impl Overrides {
             let pointer = &problem.pointer;
             let key = ["/image/", "/render/", "/film/"].iter().find_map(|part| pointer.strip_prefix(part));
             let is_camera = self.seen_from.is_some() && pointer.starts_with("/camera/");
-            let is_size = self.dpr.is_some() && pointer.starts_with("/image");
+            let is_size = self.dpr.is_some() && pointer.starts_with("/image")
+                || (self.width.is_some() || self.height.is_some()) && pointer == "/image";
             if is_camera || is_size || key.and_then(|key| overrides.get(key)).is_some_and(|value| !value.is_null()) {
                 (problem.line, problem.column) = (None, None);
             }

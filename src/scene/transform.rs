@@ -4,6 +4,11 @@ use super::description::{Scale, Transform};
 use super::limits;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+/// Whether it leaves everything where it is.
+pub(crate) fn is_identity(transform: &Transform) -> bool {
+    affine(transform).is_ok_and(|map| map == DAffine3::IDENTITY)
+}
+
 /// The map, or what is wrong with it.
 pub(crate) fn affine(transform: &Transform) -> Result<DAffine3, String> {
     let map = match transform.matrix {

@@ -22,6 +22,8 @@ pub struct Light<R> {
     pub falloff: Falloff<R>,
     /// Its area, if it is more than a point.
     pub area: Option<Area<R>>,
+    /// Its place in the scene's list, where there may be others that light nothing.
+    pub number: u32,
 }
 
 /// Areas around a light's position, or in the sky.

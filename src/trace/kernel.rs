@@ -287,6 +287,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         } else {
             hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.coherence());
         }
+        if rays.depth == 1 {
+            hits.leave_eye(s, self.world, &cast, rays.coherence());
+        }
         // The light that a ray itself brings is added in one step, so that the ray tree adds up to the last bit.
         let mut own = V3::splat(s, [L::Real::from_f64(0.0); 3]);
         let faded;

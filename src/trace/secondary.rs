@@ -70,30 +70,7 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         clear = 0;
     }
     if rays.depth >= tracer.world.rules.max_depth {
-        // An upper bound at any angle: conductors reflect grazing light completely.
-        let mut most = r_s + r_t;
-        if by_angle {
-            let one = V3::splat(s, [L::Real::from_f64(1.0); 3]);
-            most = V3 { x: most.x.max(one.x), y: most.y.max(one.y), z: most.z.max(one.z) };
-        }
-        tracer.omit_children(mirror | clear, rays.weight.times(most), rays.depth + 1, false);
-        if rays.straight && tracer.is_transparent() {
-            let most = if by_angle { V3::splat(s, [L::Real::from_f64(1.0); 3]) } else { r_t };
-            tracer.record_unseen(L::mask(s, clear), rays.weight.times(most), rays.depth + 1);
-        }
-        if O::WATCHING {
-            if by_angle {
-                let crossing = if clear != 0 {
-                    let between = between(tracer, rays, hits, clear);
-                    Some(cross(tracer, rays, hits, hits.ns, clear, [0, 0], between))
-                } else {
-                    None
-                };
-                AtAngles { r_s, r_t, .. } =
-                    angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
-            }
-            report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
-        }
+        end_at_max_depth(tracer, rays, hits, coefficients, lobes, [mirror, clear], number);
         return zero;
     }
 
@@ -103,29 +80,8 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         0
     };
     let between = if clear != 0 { Some(between(tracer, rays, hits, clear)) } else { None };
-    let mut ns = hits.ns;
-    // Facets of lobes lose no light.
-    let mut lossless = 0;
-    let mut kept = [zero; 2];
-    if rough != 0 {
-        let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
-        let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
-        ns = V3::select(L::mask(s, rough), facet, ns);
-        if let Some(lobes) = lobes
-            && rough & lobes.lanes != 0
-        {
-            lossless = rough & lobes.lanes;
-            let eta = match &between {
-                Some(between) if clear & lossless != 0 => {
-                    let sheets = into_varnish(s, tracer.world, &tracer.media, rays, hits, bend(tracer));
-                    L::select(L::mask(s, hits.closed), between.n1 / between.n2, sheets)
-                }
-                _ => L::lit(s, 1.0),
-            };
-            let Facets { normal, reflected, passed } = facets(tracer, rays, hits, lobes, lossless, clear, eta);
-            (ns, kept) = (V3::select(L::mask(s, lossless), normal, ns), [reflected, passed]);
-        }
-    }
+    let Chosen { ns, lossless, kept } =
+        choose_facets(tracer, rays, hits, coefficients, lobes, between.as_ref(), [rough, clear]);
     let curvature = if V::FOOTPRINTS && tracer.world.has_footprints() {
         curvatures(s, tracer.world, hits, mirror | clear)
     } else {
@@ -267,6 +223,94 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(
         tracer.send(transmitted);
     }
     layer
+}
+
+/// Leaves out the rays of `mirror` and `clear` lanes, which would be deeper than any may be.
+#[inline(always)]
+fn end_at_max_depth<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
+    [mirror, clear]: [u32; 2],
+    number: u32,
+) {
+    let s = tracer.s;
+    let by_angle = V::DETAILS && tracer.world.angular;
+    let (mut r_s, mut r_t) = (coefficients.reflection, coefficients.transmission);
+    // An upper bound at any angle: conductors reflect grazing light completely.
+    let mut most = r_s + r_t;
+    if by_angle {
+        let one = V3::splat(s, [L::Real::from_f64(1.0); 3]);
+        most = V3 { x: most.x.max(one.x), y: most.y.max(one.y), z: most.z.max(one.z) };
+    }
+    tracer.omit_children(mirror | clear, rays.weight.times(most), rays.depth + 1, false);
+    if rays.straight && tracer.is_transparent() {
+        let most = if by_angle { V3::splat(s, [L::Real::from_f64(1.0); 3]) } else { r_t };
+        tracer.record_unseen(L::mask(s, clear), rays.weight.times(most), rays.depth + 1);
+    }
+    if O::WATCHING {
+        if by_angle {
+            let crossing = if clear != 0 {
+                let between = between(tracer, rays, hits, clear);
+                Some(cross(tracer, rays, hits, hits.ns, clear, [0, 0], between))
+            } else {
+                None
+            };
+            AtAngles { r_s, r_t, .. } =
+                angular(tracer, rays, hits, hits.ns, coefficients, lobes, crossing.as_ref(), clear);
+        }
+        report_end(tracer, rays, [r_s, r_t], mirror, clear, number);
+    }
+}
+
+/// The normals that rays of a sample leave by.
+struct Chosen<L: Lanes> {
+    /// Those of facets where surfaces are rough.
+    ns: V3<L>,
+    /// The lanes of lobes, whose facets lose no light.
+    lossless: u32,
+    /// Of these the shares of the light that are reflected and that pass.
+    kept: [L; 2],
+}
+
+/// Chooses a facet for each of the lanes that are `rough`.
+#[inline(always)]
+fn choose_facets<L: Lanes, O: Observer<L>, V: Variant>(
+    tracer: &mut Tracer<'_, L, O, V>,
+    rays: &RayPacket<L>,
+    hits: &Hits<L>,
+    coefficients: &Coefficients<L>,
+    lobes: Option<&Lobes<L>>,
+    between: Option<&Interface<L>>,
+    [rough, clear]: [u32; 2],
+) -> Chosen<L> {
+    let s = tracer.s;
+    let zero = L::lit(s, 0.0);
+    let mut ns = hits.ns;
+    let mut lossless = 0;
+    let mut kept = [zero; 2];
+    if rough != 0 {
+        let chosen = tracer.sampler.square(s, rays.path, Choice::Facet);
+        let facet = visible_facet(s, hits.ns, -rays.dir, coefficients.alpha, chosen);
+        ns = V3::select(L::mask(s, rough), facet, ns);
+        if let Some(lobes) = lobes
+            && rough & lobes.lanes != 0
+        {
+            lossless = rough & lobes.lanes;
+            let eta = match between {
+                Some(between) if clear & lossless != 0 => {
+                    let sheets = into_varnish(s, tracer.world, &tracer.media, rays, hits, bend(tracer));
+                    L::select(L::mask(s, hits.closed), between.n1 / between.n2, sheets)
+                }
+                _ => L::lit(s, 1.0),
+            };
+            let Facets { normal, reflected, passed } = facets(tracer, rays, hits, lobes, lossless, clear, eta);
+            (ns, kept) = (V3::select(L::mask(s, lossless), normal, ns), [reflected, passed]);
+        }
+    }
+    Chosen { ns, lossless, kept }
 }
 
 /// r_s and r_t where they depend on the angle of incidence, and the lanes where they do on the wavelength, too.

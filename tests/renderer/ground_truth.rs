@@ -1,4 +1,4 @@
-//! Hard cases with exact answers, asked in both precisions. See `ground_truth/README.md`.
+//! Hard cases with exact answers, asked in both precisions. See `tests/ground_truth/README.md`.
 
 use crate::common::questions::{FILES, ask};
 use strahl::scene::description::Precision;

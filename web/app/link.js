@@ -92,7 +92,7 @@ export function curlLine(base, settings, hasKey, type) {
 
 /** The same for the program on the command line. @param {Record<string, string>} settings @param {string} type */
 export function programLine(settings, type) {
-  const flags = Object.entries(settings).map(([name, value]) => ` --${name.replaceAll("_", "-")} ${value}`);
+  const flags = Object.entries(settings).map(([name, value]) => ` --${name.replaceAll("_", "-")} ${/^[\w.:,+-]+$/.test(value) ? value : quoted(value)}`);
   return `strahl render ${fileName(type)}${flags.join("")} -o picture.png`;
 }
 

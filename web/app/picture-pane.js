@@ -5,7 +5,7 @@ import { zoomWords } from "./framing.js";
 import { isMovable } from "./gestures.js";
 import { valueOf } from "./pointers.js";
 import { actualSize, fit, zoomBy } from "./looking.js";
-import { deep, draft, hover, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
+import { deep, draft, hover, limits, moved, offer, openPanel, panels, pixel, problems, reveal, shown, size, status, syntax, text, tool, view } from "./state.js";
 import { LeaveOut } from "./edit-pane.js";
 import { renderNow } from "./picture.js";
 import { duration } from "./report.js";
@@ -65,7 +65,7 @@ function colorAt(at) {
 /** What is wrong, over the last good picture. */
 function Trouble() {
   const [first] = problems.value;
-  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}</p>`;
+  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}${status.value.job && html` <${Button} press=${() => openPanel("jobs")}>As a job<//>`}</p>`;
   if (!first || status.value.word !== "invalid") return null;
   if (!isOfText(first)) return html`<p class="trouble"><${Icon} name="warning" />${wordsOf(first)} <${LeaveOut} problem=${first} /></p>`;
   const line = lineOf(text.value, rangeOf(text.value, syntax.value, first).from);
@@ -75,8 +75,9 @@ function Trouble() {
 /** A picture that takes long is offered, not started. */
 function Offer() {
   if (offer.value === null) return null;
-  return html`<div class="offer" role="region" aria-label="A longer render">The whole picture should take ${duration(offer.value)}.
-    <${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//><${Button} press=${() => openPanel("jobs")}>As a job<//></div>`;
+  const isTooLong = limits.value && offer.value > 1000 * limits.value.timeout_s;
+  return html`<div class="offer" role="region" aria-label="A longer render">The whole picture should take ${duration(offer.value)}${isTooLong ? ", longer than one answer may" : ""}.
+    ${!isTooLong && html`<${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//>`}<${Button} kind=${isTooLong ? "main" : undefined} press=${() => openPanel("jobs")}>As a job<//></div>`;
 }
 
 export function PicturePane() {

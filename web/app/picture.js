@@ -25,8 +25,11 @@ let trouble = 0;
 /** Milliseconds after typing before a mistake is shown: halfway through a word the text is wrong, too. */
 const PATIENCE = { syntax: 400, other: 120 };
 
+/** Limits of one answer that jobs do not have. */
+const TOO_MUCH = new Set(["max_pixels", "max_samples_total", "timeout"]);
+
 /** What a picture is kept by. A large text would have to be hashed for each move of the camera: its number does. @param {Asked} of */
-const nameOf = (of) => `${JSON.stringify([of.settings, of.patch])}\n${of.text.length < LARGE ? of.text : of.version}`;
+const nameOf = (of) => `${JSON.stringify([of.type, of.settings, of.patch])}\n${of.text.length < LARGE ? of.text : of.version}`;
 
 /** @param {Shown | null} picture */
 function letGo(picture) {
@@ -127,7 +130,15 @@ function fail(error, base, signal) {
     }
     return tell({ type: "answer", ...base, outcome: "invalid", now });
   }
-  if (isNewest) status.value = error instanceof Unreachable ? { word: "offline", detail: "looking for the service" } : { word: "failed", detail: error.message };
+  if (isNewest) {
+    const isRefused = error instanceof Problem;
+    batch(() => {
+      if (isRefused) problems.value = [];
+      status.value = error instanceof Unreachable ? { word: "offline", detail: "looking for the service" }
+        : isRefused && TOO_MUCH.has(error.limit) ? { word: "failed", detail: "The picture is more work than one answer may be. A job may be larger.", job: true }
+        : { word: "failed", detail: error.message };
+    });
+  }
   tell({ type: "answer", ...base, outcome: "failed", now });
 }
 
@@ -181,7 +192,8 @@ export function start() {
   effect(() => {
     const of = { text: rendered.value, type: origin.value.type, settings: settings.value, patch: moved.value };
     untracked(() => {
-      if (of.text === "") return;
+      // Nothing has come yet.
+      if (of.text === "" && ladder.version === 0) return;
       const whole = { ...of, version: version.peek() };
       const known = kept.get(nameOf(whole));
       asked.set(ladder.version + 1, whole);

@@ -31,8 +31,9 @@ async function restore(words) {
       : await openExample(of.example ?? FIRST);
     if (!isOpen) return;
   } catch (error) {
-    say(`This link cannot be opened: ${/** @type {Error} */ (error).message}`);
     if (text.peek() === "") await openExample(FIRST).catch((failure) => (status.value = { word: "failed", detail: failure.message }));
+    // It stays when the text changes, and the link is not lost.
+    say(`This link cannot be opened: ${/** @type {Error} */ (error).message}`, { label: "Try again", run: () => void restore(words) });
   }
   batch(() => {
     settings.value = of.settings ?? {};

@@ -81,7 +81,8 @@ export const predicted = computed(() => {
   const of = plan.value?.estimate ?? plan.value?.est;
   return of ? /** @type {Predicted} */ ({ ms: of.ms, low: of.ms_ci[0], high: of.ms_ci[1], rays: of.rays, raysLow: of.rays_ci[0], raysHigh: of.rays_ci[1] }) : null;
 });
-export const status = signal(/** @type {{ word: Status, detail: string }} */ ({ word: "starting", detail: "" }));
+/** `job`: only a job can be so large. */
+export const status = signal(/** @type {{ word: Status, detail: string, job?: boolean }} */ ({ word: "starting", detail: "" }));
 export const problems = signal(/** @type {SceneProblem[]} */ ([]));
 export const live = signal(true);
 export const offer = signal(/** @type {number | null} */ (null));
@@ -132,10 +133,21 @@ function headOf(long, places) {
   return /** @type {any} */ (Object.fromEntries(whole.map(({ pointer, from, to }) => [pointer.slice(1), JSON.parse(long.slice(from, to))])));
 }
 
+/**
+ * The media type of a text: JSON begins with a brace, NFF with its camera, background or light. Of others it is the one that the text had.
+ * @param {string} of @param {string} before
+ */
+export function typeOf(of, before) {
+  if (/^\s*\{/.test(of)) return "application/json";
+  return /^(?:\s*#[^\n]*\n)*\s*(?:v\s*\n|from\s|[bl]\s+[-+.\d]+\s+[-+.\d])/.test(of) ? "text/x-nff" : before;
+}
+
 /** @param {string} next @param {Origin} [about] */
 export function setText(next, about) {
   batch(() => {
-    if (about) origin.value = about;
+    const { name, type: before } = about ?? origin.peek();
+    const type = typeOf(next, before);
+    if (about || type !== before) origin.value = { name, type };
     if (next === text.peek()) return;
     text.value = next;
     version.value += 1;

@@ -13,8 +13,8 @@ export function scrubbed(text, steps) {
   return steps === 0 ? text : String(Number(next.toFixed(digits)) || 0);
 }
 
-/** @param {number} linear */
-const encoded = (linear) => (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055);
+/** A linear value from 0 to 1 as sRGB (IEC 61966-2-1). @param {number} linear */
+export const encoded = (linear) => (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055);
 /** @param {number} code */
 const decoded = (code) => (code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4);
 

@@ -30,4 +30,5 @@ test("command lines", () => {
   assert.equal(curlLine("http://h", { accuracy: "proved:1" }, true, "application/json"),
     `curl -sS -H "Authorization: Bearer $STRAHL_KEY" --data-binary @scene.json 'http://h/v1/render?accuracy=proved%3A1' -o picture.png`);
   assert.equal(programLine({ max_depth: "3" }, "text/x-nff"), "strahl render scene.nff --max-depth 3 -o picture.png");
+  assert.equal(programLine({ background: "#ff8800", tone: "$(id)" }, "application/json"), "strahl render scene.json --background '#ff8800' --tone '$(id)' -o picture.png");
 });

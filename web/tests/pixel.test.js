@@ -4,7 +4,7 @@ import { partsOf } from "../app/panels/pixel-icicle.js";
 import { outlineOf } from "../app/panels/pixel-objects.js";
 import { runsOf } from "../app/panels/pixel-outside.js";
 import { cameraOf, pathOf } from "../app/panels/pixel-projection.js";
-import { addUp, codeOf, codesOf, codesOff, grow, mediaOf, oddOne, rowsOf, short, targetOf } from "../app/panels/pixel-rays.js";
+import { addUp, codeOf, codesOf, grow, mediaOf, oddOne, rowsOf, short, targetOf } from "../app/panels/pixel-rays.js";
 
 const ray = (id, parent, kind, contribution, more = {}) => ({
   id, parent, kind, depth: 1, weight: [1, 1, 1], contribution, origin: [0, 0, 0], direction: [0, 0, 1], media: [], ...more,
@@ -14,7 +14,7 @@ const ray = (id, parent, kind, contribution, more = {}) => ({
 function single() {
   const tiny = Math.fround(2 ** -25);
   return {
-    pixel: [0, 0], precision: "single", samples: 1, raised: [0, 0, 0], lacking: [0, 0, 0], truncated: false,
+    pixel: [0, 0], precision: "single", samples: 1, codes: [0, 0, 0], codes_off: 0, raised: [0, 0, 0], lacking: [0, 0, 0], truncated: false,
     value: [1 + 2 * tiny, 0.5, 0],
     rays: [ray(0, null, "camera", [1, 0.5, 0]), ray(1, 0, "shadow", [tiny, 0, 0], { light: 0, transmittance: [0, 0, 0] }), ray(2, 0, "reflected", [tiny, 0, 0])],
   };
@@ -85,12 +85,6 @@ test("numbers for people", () => {
   assert.deepEqual([0, 0.012345, 123456, 1.5e-7, 2e9].map((value) => short(value)), ["0", "0.0123", "123000", "1.50e-7", "2.00e9"]);
   assert.deepEqual([0, 1, 2, 255].map(codesOf), ["less than half a code", "at most 1 code", "at most 2 codes", "without a bound"]);
   assert.deepEqual([0, 0.2140411, 1, 7].map((value) => Math.round(codeOf(value))), [0, 127, 255, 255]);
-});
-
-test("what a pixel lacks counts from what was traced", () => {
-  assert.equal(codesOff({ value: [0.5, 0.5, 0.5], raised: [0, 0, 0], lacking: [0, 0, 0.02] }), 3);
-  assert.equal(codesOff({ value: [0.5, 0.5, 0.5], raised: [0.01, 0, 0], lacking: [0.02, 0, 0] }), 2);
-  assert.equal(codesOff({ value: [0.5, 0.5, 0.5], raised: [0, 0, 0], lacking: [0, 1e-9, 0] }), 0);
 });
 
 test("parts of the icicle are as wide as their share", () => {

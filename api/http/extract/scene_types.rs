@@ -2,6 +2,7 @@
 
 use super::variation;
 use strahl::scene::Format;
+use strahl::scene::recognise::is_gzip;
 
 /// One of them.
 #[derive(Debug)]
@@ -46,6 +47,14 @@ const ALIASES: [(&str, Format); 3] =
 pub(super) fn format_of(name: &str) -> Option<Format> {
     let listed = SCENE_TYPES.iter().map(|it| (it.name, it.format));
     listed.chain(ALIASES).find(|(known, _)| *known == name).map(|(_, format)| format)
+}
+
+/// The name for a body in a format. Of two, binary glTF and compressed NFF are known by how they begin.
+pub(crate) fn name_of(format: Format, body: &[u8]) -> &'static str {
+    let is_text = !(is_gzip(body) || body.starts_with(b"glTF"));
+    let mut names = SCENE_TYPES.iter().filter(|it| it.format == format);
+    let first = names.clone().next().map_or("application/octet-stream", |it| it.name);
+    names.find(|it| it.is_text == is_text).map_or(first, |it| it.name)
 }
 
 /// Their names, as `Accept-Query` has them.

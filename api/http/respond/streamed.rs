@@ -8,6 +8,7 @@ use super::picture::Shared;
 use super::repr_digest;
 use crate::http::problem::{Problem, ProblemSummary};
 use crate::service::error::Error;
+use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
 use crate::service::pictures::passes::Pass;
 use axum::body::{Body, Bytes};
@@ -17,16 +18,24 @@ use futures_util::stream;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::future::pending;
 use std::pin::Pin;
 use std::sync::Arc;
 use strahl::film::{FileFormat, Region};
-use tokio::sync::mpsc::Receiver;
-
-/// Passes that wait for a client.
-pub(crate) const WAITING: usize = 2;
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::RecvError;
 
 /// The picture at the end.
 pub(crate) type Finished = Pin<Box<dyn Future<Output = Result<Arc<PictureFile>, Error>> + Send>>;
+
+/// The bytes of a pass, which other clients have, too.
+struct SharedPng(Arc<MeteredBytes>);
+
+impl AsRef<[u8]> for SharedPng {
+    fn as_ref(&self) -> &[u8] {
+        self.0.as_ref().as_ref()
+    }
+}
 
 /// What is still to be sent.
 struct Parts {
@@ -68,6 +77,17 @@ pub(crate) async fn streamed(
     Ok((headers, Body::from_stream(chunks)).into_response())
 }
 
+/// The next pass; none comes where they have ended. A client that reads slowly misses those that it lags behind.
+async fn next_pass(passes: &mut Receiver<Pass>) -> Pass {
+    loop {
+        match passes.recv().await {
+            Ok(pass) => return pass,
+            Err(RecvError::Lagged(_)) => {}
+            Err(RecvError::Closed) => pending().await,
+        }
+    }
+}
+
 impl Parts {
     /// Waits for the next pass or for the picture.
     async fn next(&mut self) -> Result<(), Error> {
@@ -75,7 +95,7 @@ impl Parts {
         let finished = tokio::select! {
             biased;
             finished = picture => finished,
-            Some(pass) = self.passes.recv() => {
+            pass = next_pass(&mut self.passes) => {
                 self.add_pass(pass);
                 return Ok(());
             }
@@ -92,7 +112,7 @@ impl Parts {
         });
         self.pass += 1;
         self.add("application/json", head.to_string().into());
-        self.add("image/png", Bytes::from_owner(png));
+        self.add("image/png", Bytes::from_owner(SharedPng(png)));
     }
 
     fn add_picture(&mut self, file: &Arc<PictureFile>) {

@@ -11,7 +11,7 @@ use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{JobView, picture_of, until_final};
 use crate::http::respond::picture::{self, Freshness, ResponseContext};
 use crate::http::respond::put;
-use crate::http::respond::streamed::{WAITING, streamed};
+use crate::http::respond::streamed::streamed;
 use crate::http::respond::submission::{Claimed, accepted, claim, submitted, wishes_of};
 use crate::http::respond::turntable;
 use crate::service::jobs::record::State as JobState;
@@ -23,7 +23,6 @@ use crate::service::scheduler::task::{Class, PRIORITY};
 use axum::http::{HeaderName, Method};
 use std::time::Duration;
 use strahl::film::{FileFormat, Region};
-use tokio::sync::mpsc;
 
 const ALLOWED: &str = "OPTIONS, POST, QUERY";
 
@@ -79,18 +78,16 @@ async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
         scene_request::read(&app, request, extra).await?;
     let spec = PictureSpec::plain(None, format);
     let upload = Upload::new(body, form, overrides).await?;
-    let (sender, passes) = mpsc::channel(WAITING);
     let (service, task) = (Arc::clone(&app.service), tenant.task(Class::Renders));
+    let known = service.scenes.cached(Some(&task.tenant), &upload.sent().key);
+    let (passes, made) = service.stream_picture(task, Source::Sent(upload), spec);
     let picture = async move {
-        let known = service.scenes.cached(Some(&task.tenant), &upload.sent().key);
         if let Some(image) = known.as_deref().and_then(image_of)
             && let Some(file) = service.stored_picture(&image, &spec).await
         {
             return Ok(file);
         }
-        // A client that has not read the last ones misses this one.
-        let show = move |pass| drop(sender.try_send(pass));
-        service.stream_picture(task, Source::Sent(upload), spec, show).await
+        made.await
     };
     streamed(passes, Box::pin(picture), format).await
 }

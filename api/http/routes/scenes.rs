@@ -2,6 +2,7 @@
 
 use crate::http::extract::conditions::{Verdict, may_act, weigh};
 use crate::http::extract::scene_request::{self, SceneRequest};
+use crate::http::extract::scene_types;
 use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::http::respond::image::tiles_of;
@@ -17,7 +18,6 @@ use serde_json::json;
 use std::io::BufRead;
 use strahl::film::Region;
 use strahl::plan::estimate::Estimate;
-use strahl::scene::recognise::is_gzip;
 use strahl::scene::{self, Format};
 
 /// Pixels across and down of a small picture.
@@ -159,17 +159,7 @@ async fn source(
     let Some(Source { format, text }) = claim.as_deref().and_then(Source::read) else {
         return get(State(app), Extension(tenant), Path(id), method, conditions).await;
     };
-    let media_type = match format {
-        Format::Json => "application/json",
-        Format::Gltf if text.starts_with(b"glTF") => "model/gltf-binary",
-        Format::Gltf => "model/gltf+json",
-        Format::Obj => "model/obj",
-        Format::Stl => "model/stl",
-        Format::Ply => "model/ply",
-        Format::Parts => "multipart/form-data",
-        Format::Nff if is_gzip(text) => "application/gzip",
-        Format::Nff => "text/x-nff",
-    };
+    let media_type = scene_types::name_of(format, text);
     // The first line of parts is their boundary.
     let boundary = (format == Format::Parts).then(|| text.get(2..).unwrap_or_default().lines().next()?.ok());
     let boundary =

@@ -18,6 +18,8 @@ pub(super) struct Canvas {
     scale: u32,
     /// Pixels of the preview that come from finished tiles.
     decided: Vec<bool>,
+    /// Whether anything was painted.
+    is_painted: bool,
 }
 
 /// Width of a pixel of the preview in pixels of the picture: a power of two.
@@ -51,7 +53,13 @@ impl Canvas {
             decided: vec![false; preview.pixels.len()],
             preview,
             scale,
+            is_painted: false,
         }
+    }
+
+    /// The preview, once anything was painted.
+    pub(super) fn painted(&self) -> Option<&Film> {
+        Some(&self.preview).filter(|_| self.is_painted)
     }
 
     /// A preview that becomes finer and finer, without any tile of the picture.
@@ -69,6 +77,7 @@ impl Canvas {
 
     /// Adds a finished tile. Its corners lie at multiples of 32 pixels, or it is the whole picture.
     pub(super) fn finish(&mut self, tile: &Picture) {
+        self.is_painted = true;
         join(&mut self.picture, tile);
         self.preview.display = tile.film.display;
         let Region { x, y, width, height } = tile.film.region;
@@ -85,6 +94,7 @@ impl Canvas {
 
     /// Shows a coarse picture, whose pixels are 2^level times as wide as the picture's, where no tile is finished.
     pub(super) fn fill(&mut self, coarse: &Film, level: u32) {
+        self.is_painted = true;
         let (scale, width) = (self.scale as f32, self.preview.region.width as usize);
         let of = |small: usize| (small as f32 + 0.5) * scale / (1 << level) as f32 - 0.5;
         self.preview.display = coarse.display;

@@ -205,7 +205,7 @@ impl Film<'_> {
             tiles(job, &rendering, &ready, workers, &mut *backend)?;
             drop(alone);
         }
-        let canvas = rendering.canvas.lock().take().ok_or_else(|| job.why_stopped())?;
+        let canvas = rendering.take().ok_or_else(|| job.why_stopped())?;
         let _alone = pool.lock();
         let cell = cell(sequence.count(), [ready.scene.width, ready.scene.height]);
         let preview = |canvas: &Canvas| small(&canvas.picture.film, cell);

@@ -172,6 +172,7 @@ impl Job {
     /// From now on it shows this picture, or frame, of which nothing is done.
     pub(super) fn begin_picture(&self, frame: Option<u32>) -> Arc<Rendering> {
         let rendering = Arc::new(Rendering::of(&self.record(), frame));
+        *rendering.last_preview.lock() = self.rendering().and_then(|before| before.preview());
         *self.rendering.lock() = Some(Arc::clone(&rendering));
         rendering
     }
@@ -268,6 +269,11 @@ impl Job {
         let revision = self.revision();
         let preview = self.rendering().filter(|_| revision > 0)?.preview()?;
         Some((preview, revision))
+    }
+
+    /// Whether there is a preview.
+    pub(crate) fn has_preview(&self) -> bool {
+        self.revision() > 0 && self.rendering().is_some_and(|rendering| rendering.has_preview())
     }
 
     /// Revision of the preview.

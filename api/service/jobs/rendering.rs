@@ -21,6 +21,8 @@ pub(super) struct Rendering {
     pub(super) order: Mutex<Option<TileOrder>>,
     /// The picture so far.
     pub(super) canvas: Mutex<Option<Canvas>>,
+    /// The preview that was shown before the canvas was there, or before it was taken.
+    pub(super) last_preview: Mutex<Option<Film>>,
 }
 
 impl Rendering {
@@ -29,7 +31,7 @@ impl Rendering {
         let picture = Region::whole(record.width, record.height);
         let tiles = picture.tiles(edge(record)).map(|region| (region, AtomicBool::new(false))).collect();
         let name = frame.map_or_else(|| record.id.clone(), |frame| frame_name(&record.id, frame));
-        Self { frame, name, tiles, order: Mutex::default(), canvas: Mutex::default() }
+        Self { frame, name, tiles, order: Mutex::default(), canvas: Mutex::default(), last_preview: Mutex::default() }
     }
 
     /// A region, if all of it is finished.
@@ -39,9 +41,22 @@ impl Rendering {
         canvas.as_ref().filter(|_| self.tiles.iter().all(is_done)).map(|canvas| canvas.crop(region))
     }
 
-    /// The small picture of it.
+    /// The small picture of it: while it is encoded that which was shown last, and before anything is painted that of the frame before.
     pub(super) fn preview(&self) -> Option<Film> {
-        self.canvas.lock().as_ref().map(|canvas| canvas.preview.clone())
+        let painted = self.canvas.lock().as_ref().and_then(Canvas::painted).cloned();
+        painted.or_else(|| self.last_preview.lock().clone())
+    }
+
+    /// Whether there is a small picture.
+    pub(super) fn has_preview(&self) -> bool {
+        self.canvas.lock().as_ref().is_some_and(|canvas| canvas.painted().is_some())
+            || self.last_preview.lock().is_some()
+    }
+
+    /// Takes the picture, once it is whole.
+    pub(super) fn take(&self) -> Option<Canvas> {
+        *self.last_preview.lock() = self.preview();
+        self.canvas.lock().take()
     }
 
     /// Takes the next tile.

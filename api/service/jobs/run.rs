@@ -163,7 +163,7 @@ fn work(jobs: &Jobs, job: &Arc<Job>) -> Result<(), Stopped> {
     job.record().stats.render_ms = milliseconds(rendering_since);
 
     let encoding = Instant::now();
-    let canvas = rendering.canvas.lock().take().ok_or_else(|| job.why_stopped())?;
+    let canvas = rendering.take().ok_or_else(|| job.why_stopped())?;
     let image = job.record().image_id.clone();
     let entered = job.control().enter();
     let preview = |canvas: &Canvas| canvas.preview.clone();

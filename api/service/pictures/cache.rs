@@ -3,6 +3,7 @@
 //! A picture's name says what it shows and how ([`spec`](super::spec)), so what is kept never becomes wrong.
 
 use super::file::{PictureFile, PictureMeta};
+use super::passes::PassChannels;
 use super::report::{Phases, Report};
 use super::single_flight::SingleFlight;
 use crate::service::memory_budget::MemoryBudget;
@@ -71,6 +72,8 @@ pub(crate) struct PictureCache {
     pub(crate) seen: SeenBy,
     /// Those that are being made.
     pub(crate) flights: SingleFlight<MadePicture>,
+    /// The coarse pictures before them.
+    pub(crate) passes: PassChannels,
 }
 
 impl PictureCache {
@@ -84,6 +87,7 @@ impl PictureCache {
             disk,
             hit_counters: Default::default(),
             flights: SingleFlight::default(),
+            passes: PassChannels::default(),
             seen: SeenBy::default(),
         }
     }

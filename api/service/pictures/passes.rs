@@ -6,10 +6,14 @@ use super::render::RenderSpec;
 use crate::service::memory_budget::{MemoryBudget, MeteredBytes};
 use crate::service::scenes::prepared::PreparedScene;
 use crate::service::scheduler::pool::Workers;
+use parking_lot::Mutex;
+use std::collections::HashMap;
+use std::sync::{Arc, Weak};
 use strahl::camera::Window;
 use strahl::film::{FileFormat, Film, Region, encode};
 use strahl::plan::pilot::Effort;
 use strahl::render::{Cancelled, Control, render_window};
+use tokio::sync::broadcast;
 
 /// Levels of the passes: their pixels are 2^level times as wide and high as the picture's.
 const LEVELS: [u32; 3] = [3, 2, 1];
@@ -17,7 +21,7 @@ const LEVELS: [u32; 3] = [3, 2, 1];
 const FEWEST: u64 = 1_024;
 
 /// A coarse picture of a region.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Pass {
     /// Each of its pixels stands for so many across and down.
     pub(crate) scale: u32,
@@ -26,7 +30,28 @@ pub(crate) struct Pass {
     /// Milliseconds that the picture should take from now on; none if it ends by a clock or a count.
     pub(crate) eta_ms: Option<f64>,
     /// The picture.
-    pub(crate) png: MeteredBytes,
+    pub(crate) png: Arc<MeteredBytes>,
+}
+
+/// Passes that wait for a client.
+const WAITING: usize = 2;
+
+/// The passes of pictures that are made for several clients at once, by the name of the work.
+#[derive(Debug, Default)]
+pub(crate) struct PassChannels(Mutex<HashMap<String, Weak<broadcast::Sender<Pass>>>>);
+
+impl PassChannels {
+    /// The channel of a picture, which is there for as long as anybody has it.
+    pub(crate) fn join(&self, name: &str) -> Arc<broadcast::Sender<Pass>> {
+        let mut channels = self.0.lock();
+        if let Some(channel) = channels.get(name).and_then(Weak::upgrade) {
+            return channel;
+        }
+        channels.retain(|_, channel| channel.strong_count() > 0);
+        let channel = Arc::new(broadcast::Sender::new(WAITING));
+        channels.insert(name.to_owned(), Arc::downgrade(&channel));
+        channel
+    }
 }
 
 /// Whom passes are shown.
@@ -76,7 +101,7 @@ pub(crate) fn show_thinned(film: &Film, distance: u32, budget: &MemoryBudget, sh
 /// A pass as a file. Without memory for it there is none.
 fn pass_of(film: &Film, scale: u32, region: Region, eta_ms: Option<f64>, budget: &MemoryBudget) -> Option<Pass> {
     let png = budget.metered(encode(film, FileFormat::Png8)).ok()?;
-    Some(Pass { scale, region, eta_ms, png })
+    Some(Pass { scale, region, eta_ms, png: Arc::new(png) })
 }
 
 fn thinned(film: &Film, distance: u32) -> Film {

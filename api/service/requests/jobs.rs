@@ -17,8 +17,9 @@ use crate::service::scheduler::admission::Work;
 use crate::service::scheduler::task::Task;
 use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
+use strahl::film::encode::png_of;
 use strahl::film::{FileFormat, Region};
-use strahl::scene::description::ImageSize;
+use strahl::scene::description::{Accuracy, ImageSize, Rays};
 use strahl::scene::{Description, Format, Overrides, Problem, Problems};
 use strahl::sequence::Sequence;
 
@@ -78,6 +79,16 @@ impl Wishes {
 fn day(ms: u64) -> String {
     let time = UNIX_EPOCH + Duration::from_millis(ms);
     humantime::format_rfc3339_seconds(time).to_string().chars().take(10).collect()
+}
+
+/// Bytes of a pixel of a picture that is decoded to be cropped.
+const CODES_BYTES: u64 = 8;
+
+/// A region of a PNG, as a PNG.
+fn crop_of_png(file: &[u8], Region { x, y, width, height }: Region) -> Option<Vec<u8>> {
+    let part = image::load_from_memory(file).ok()?.crop_imm(x, y, width, height);
+    let codes = if part.color().has_alpha() { part.into_rgba8().into_raw() } else { part.into_rgb8().into_raw() };
+    Some(png_of(width, height, &codes))
 }
 
 impl Service {
@@ -226,14 +237,52 @@ impl Service {
         Ok(Some(made))
     }
 
-    /// A part of a job's picture, rendered for a request unless it is in a cache; none if the job's scene is gone.
+    /// A region of a finished job's picture, as a PNG; none if its scene is gone.
+    pub(crate) async fn part_of_job(
+        self: &Arc<Self>,
+        task: Task,
+        job: &Arc<Job>,
+        region: Region,
+    ) -> Result<Option<Vec<u8>>, Error> {
+        let (is_whole, output, pixels) = {
+            let record = job.record();
+            (record.edge == 0, record.spec.output, u64::from(record.width) * u64::from(record.height))
+        };
+        if !is_whole {
+            let part = self.render_of_job(task, job, PictureSpec::plain(Some(region), FileFormat::Png8)).await?;
+            return Ok(part.map(|file| file.bytes.clone()));
+        }
+        // A time or a number of rays has ended the picture: a part with as much for itself would be another.
+        let whole = if output == FileFormat::Png8 {
+            self.job_picture(task.clone(), job).await?
+        } else {
+            self.render_of_job(task.clone(), job, PictureSpec::plain(None, FileFormat::Png8)).await?
+        };
+        let Some(whole) = whole else { return Ok(None) };
+        let memory = self.memory.clone();
+        let work = move |work: &Work| {
+            let mut share = memory.share(0);
+            share.grow(CODES_BYTES * pixels)?;
+            Ok::<_, Error>(work.workers.work(|| crop_of_png(&whole.bytes, region))?)
+        };
+        Ok(self.run(task, work).await?.value)
+    }
+
+    /// A picture of a job's scene, rendered for a request unless it is in a cache; none if the scene is gone. Of a picture that a time
+    /// has ended it is the one of as many rays.
     pub(crate) async fn render_of_job(
         self: &Arc<Self>,
         task: Task,
         job: &Job,
         spec: PictureSpec,
     ) -> Result<Option<Arc<PictureFile>>, Error> {
-        let of_job = job.record().spec.clone();
+        let (mut of_job, rays) = {
+            let record = job.record();
+            (record.spec.clone(), Some(record.stats.rays).filter(|rays| record.edge == 0 && *rays > 0))
+        };
+        if let Some(count) = rays {
+            of_job.settings.accuracy = Some(Accuracy::Rays(Rays { count }));
+        }
         let (jobs, scene) = (Arc::clone(&self.jobs), of_job.scene.clone());
         let text = self.storage_threads.run(&task.tenant, move || jobs.scene(&scene)).await??;
         let Some(text) = text else { return Ok(None) };

@@ -22,6 +22,7 @@ use strahl::film::{Film, Region};
 use strahl::render::{Watcher, sampling_bytes};
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
 use strahl::scene::{Description, Format, Overrides, Scene};
+use tokio::sync::broadcast;
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 pub(crate) const HASHED_AT_ONCE: usize = 64 << 10;
@@ -147,6 +148,16 @@ impl Service {
         Some(file)
     }
 
+    /// The name for single flight of a tenant's request.
+    fn flight(&self, task: &Task, source: &Source, spec: &PictureSpec) -> String {
+        let mut name = source.flight(spec);
+        // Another tenant may not have the assets that the scene names.
+        if !self.assets.is_empty() {
+            name.push_str(&task.tenant);
+        }
+        name
+    }
+
     /// Renders a picture, or waits for another request that renders the same one.
     pub(crate) async fn make_picture(
         self: &Arc<Self>,
@@ -154,18 +165,29 @@ impl Service {
         source: Source,
         spec: PictureSpec,
     ) -> Result<MadePicture, Error> {
-        let mut name = source.flight(&spec);
-        // Another tenant may not have the assets that the scene names.
-        if !self.assets.is_empty() {
-            name.push_str(&task.tenant);
-        }
+        let name = self.flight(&task, &source, &spec);
+        self.make(name, task, source, spec, None).await
+    }
+
+    async fn make(
+        self: &Arc<Self>,
+        name: String,
+        task: Task,
+        source: Source,
+        spec: PictureSpec,
+        passes: Option<Arc<broadcast::Sender<Pass>>>,
+    ) -> Result<MadePicture, Error> {
         let mut is_mine = false;
         let work = || {
             is_mine = true;
             let service = Arc::clone(self);
             async move {
                 let renderer = Arc::clone(&service);
-                let work = move |work: &Work| renderer.render(work, &source, &spec, None);
+                let work = move |work: &Work| match passes {
+                    None => renderer.render(work, &source, &spec, None),
+                    // A client that has not read the last ones misses this one.
+                    Some(passes) => renderer.render(work, &source, &spec, Some(&|pass| drop(passes.send(pass)))),
+                };
                 let Done { value: (file, report, cached), queue_ms } = service.run(task, work).await?;
                 Ok(MadePicture { file, took: Took::new(report.as_ref(), queue_ms, cached) })
             }
@@ -208,17 +230,18 @@ impl Service {
         Ok(share)
     }
 
-    /// Renders a whole picture, and shows coarse ones before it.
-    pub(crate) async fn stream_picture(
+    /// Coarse pictures, and then the picture. Requests for the same picture share both; one that comes while the picture is made
+    /// for somebody who wanted no coarse ones gets the picture alone.
+    pub(crate) fn stream_picture(
         self: &Arc<Self>,
         task: Task,
         source: Source,
         spec: PictureSpec,
-        show: impl Fn(Pass) + Send + Sync + 'static,
-    ) -> Result<Arc<PictureFile>, Error> {
-        let service = Arc::clone(self);
-        let work = move |work: &Work| service.render(work, &source, &spec, Some(&show));
-        Ok(self.run(task, work).await?.value.0)
+    ) -> (broadcast::Receiver<Pass>, impl Future<Output = Result<Arc<PictureFile>, Error>> + Send + 'static) {
+        let name = self.flight(&task, &source, &spec);
+        let passes = self.pictures.passes.join(&name);
+        let (seen, service) = (passes.subscribe(), Arc::clone(self));
+        (seen, async move { Ok(service.make(name, task, source, spec, Some(passes)).await?.file) })
     }
 
     /// A picture, its report unless it existed already, and whether its scene was in the cache. Coarse pictures before it are

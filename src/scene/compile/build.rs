@@ -95,7 +95,7 @@ pub(super) fn build<R: Real>(
     if let Some((materials, moves)) = builder.occluded.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
-    let lights: Vec<Light<R>> = description.lights.iter().map(light).collect();
+    let lights: Vec<Light<R>> = description.lights.iter().enumerate().map(light).collect();
     let mut world = World {
         geometries: match &builder.known {
             Some(known) => known.share(builder.geometries),

@@ -100,13 +100,13 @@ fn lit<R: Real>(world: &World<R>) -> (Vec<bool>, Vec<Vec<f64>>) {
 }
 
 /// The largest factor on a light's color at surfaces of each material.
-fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
+pub(super) fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
     let dark = light.color.iter().all(|c| *c <= R::from_f64(0.0));
     let everywhere = |strength: f64| vec![strength; world.materials.len()];
     match (light.falloff, light.source) {
         _ if dark => everywhere(0.0),
         (
-            Falloff::InverseSquare | Falloff::Windowed { .. },
+            Falloff::Linear { .. } | Falloff::InverseSquare | Falloff::Windowed { .. },
             Source::Point { position } | Source::Spot { position, .. },
         ) => {
             let reach = match light.area {
@@ -120,8 +120,15 @@ fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
             let nearest =
                 least_distances(&world.geometries, world.root, position.map(Real::to_f64), world.materials.len());
             let strength = |distance: f64| {
-                let distance = (distance - reach) * (1.0 - 1e-6);
-                if distance > 0.0 { 1.0 / (distance * distance) } else { f64::INFINITY }
+                let distance = ((distance - reach) * (1.0 - 1e-6)).max(0.0);
+                let square = if distance > 0.0 { 1.0 / (distance * distance) } else { f64::INFINITY };
+                match light.falloff {
+                    Falloff::None => 1.0,
+                    Falloff::Linear { reach } => (1.0 - distance / reach.to_f64()).max(0.0),
+                    Falloff::InverseSquare => square,
+                    Falloff::Windowed { range } if distance >= range.to_f64() => 0.0,
+                    Falloff::Windowed { range } => square * (1.0 - (distance / range.to_f64()).powi(4)).min(1.0),
+                }
             };
             nearest.into_iter().map(strength).collect()
         }

@@ -16,7 +16,7 @@ pub(super) fn emitters<R: Real>(description: &Description, materials: &[Material
     let glows = |(index, material): (usize, &Material<R>)| {
         let described = description.materials.get_index(index).map(|(_, described)| described);
         let alike = described.is_some_and(|described| !described.one_sided && is_alike(described));
-        alike && shows(material.emission)
+        alike && !material.has_holes() && shows(material.emission)
     };
     let mut found = Found {
         description,
@@ -35,10 +35,10 @@ pub(super) fn emitters<R: Real>(description: &Description, materials: &[Material
 
 /// Whether all of a material glows alike, seen from anywhere.
 fn is_alike(material: &d::Material) -> bool {
-    material.pbr.as_ref().is_none_or(|pbr| {
-        let plain = pbr.emissive.textured().is_none() && pbr.opacity.is_none();
-        plain && !pbr.unlit && pbr.clearcoat.factor() == 0.0
-    })
+    material
+        .pbr
+        .as_ref()
+        .is_none_or(|pbr| pbr.emissive.textured().is_none() && !pbr.unlit && pbr.clearcoat.factor() == 0.0)
 }
 
 /// What was found so far.

@@ -15,7 +15,7 @@ use crate::scene::description::{self as d, Appearance, Description, Object, Vec3
 use crate::scene::light_cells::MOST_OBSTACLES;
 use crate::scene::pictures::Pictures;
 use crate::scene::problem::push_token;
-use crate::scene::transform::affine;
+use crate::scene::transform::{affine, is_identity};
 use crate::scene::usage::{Pointers, Usage, Used, note};
 use crate::shading::material::Material;
 use crate::shape::Sides;
@@ -168,7 +168,7 @@ impl<'a, R: Real> Builder<'a, R> {
                 Object::Group(group) => {
                     self.sources.entries.push(entry(group.name.as_deref()));
                     let inner = self.list(format!("{}/{index}/group/objects", self.sources.lists[list as usize]));
-                    if group.transform == d::Transform::default() && !group.motion.is_some_and(|m| m.moves()) {
+                    if is_identity(&group.transform) && !group.motion.is_some_and(|m| m.moves()) {
                         self.collect(&group.objects, inner, into);
                     } else {
                         let geometry = self.geometry(&group.objects, inner);
@@ -208,7 +208,7 @@ impl<'a, R: Real> Builder<'a, R> {
         let (usage, pointers) = (&mut self.usage, &mut self.pointers);
         let (placed, motion) = match object {
             Object::Instance(instance) => (true, instance.motion),
-            Object::Group(group) => (group.transform != d::Transform::default(), group.motion),
+            Object::Group(group) => (!is_identity(&group.transform), group.motion),
             _ => (false, None),
         };
         let moves = motion.is_some_and(|motion| motion.moves());

@@ -8,7 +8,7 @@ use crate::scene::world::shows;
 use crate::shading::light::{Area, Falloff, Light, Source};
 use glam::DVec3;
 
-pub(super) fn light<R: Real>(light: &d::Light) -> Light<R> {
+pub(super) fn light<R: Real>((number, light): (usize, &d::Light)) -> Light<R> {
     let point = |p: Vec3| p.map(R::from_f64);
     let unit = |v: Vec3| DVec3::from_array(v).normalize();
     let fall = |falloff: d::Falloff| match falloff {
@@ -38,7 +38,7 @@ pub(super) fn light<R: Real>(light: &d::Light) -> Light<R> {
     let color = narrow_rgb(color.0 * intensity);
     // Where no light comes from there is no point to choose.
     let area = area(light).filter(|_| shows(color));
-    Light { source, color, falloff, area }
+    Light { source, color, falloff, area, number: number as u32 }
 }
 
 /// The area of a light; none if it is a point after all.

@@ -52,7 +52,11 @@ pub(super) fn material<R: Real>(
 
 /// Whether all of a surface is there, as far as its material says.
 fn is_whole(opacity: &d::Opacity) -> bool {
-    matches!(opacity.alpha, d::Channel::Value(alpha) if alpha >= 1.0)
+    let least = match opacity.mode {
+        d::AlphaMode::Blend => 1.0,
+        d::AlphaMode::Mask => opacity.cutoff.min(1.0),
+    };
+    matches!(opacity.alpha, d::Channel::Value(alpha) if alpha >= least)
 }
 
 /// Whether vertices of any mesh may have an alpha of their own.

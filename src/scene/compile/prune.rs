@@ -2,8 +2,10 @@
 //!
 //! By the counting rules of the SPD rays are traced that add nothing, so there all of it stays.
 
+use super::ceiling::of_light;
 use crate::lanes::Real;
 use crate::scene::world::{World, shows};
+use crate::shading::light::{Falloff, Light};
 use crate::shading::material::Material;
 use crate::shading::texture::checker::BaseColor;
 
@@ -23,7 +25,7 @@ pub(super) fn remove_ambient_light<R: Real>(world: &mut World<R>) {
     }
 }
 
-/// Lights that are black or shine on nothing that scatters them, then patterns and bumps that nothing makes visible. Bounds do
+/// Lights that are black, shine on nothing that scatters them or end before any surface, then patterns and bumps that nothing makes visible. Bounds do
 /// not depend on any of it, and name lights by their number.
 pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     if !world.is_lit() {
@@ -36,7 +38,15 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     let receives =
         |material: &Material<R>| scatters(material) || shows(material.specular) || material.catches_shadows();
     let scattered = world.has_material(|material, _| receives(material));
-    world.lights.retain(|light| scattered && shows(light.color));
+    let arrives = |light: &Light<R>| match light.falloff {
+        Falloff::Linear { .. } | Falloff::Windowed { .. } => {
+            let used = of_light(world, light).into_iter().zip(&world.usage.materials);
+            used.filter(|(_, used)| used.anywhere).any(|(strength, _)| strength > 0.0)
+        }
+        Falloff::None | Falloff::InverseSquare => true,
+    };
+    let kept = world.lights.iter().filter(|light| scattered && shows(light.color) && arrives(light)).copied().collect();
+    world.lights = kept;
     let lit = world.is_lit();
     let scattering =
         lit || world.rules.gathers() || world.rules.has_global_illumination() || world.surroundings.is_some();

@@ -29,7 +29,8 @@ pub(super) fn seen_around(description: &Description, pictures: &Pictures) -> (Rg
         Some(color) => (Rgb::from_array(color) * *intensity, None),
         None => {
             let environment = Environment { mipmap, turn: rotate_deg / 360.0, intensity: *intensity };
-            (description.background.0, Some(environment))
+            // It stands in place of the background.
+            (Rgb::ZERO, Some(environment))
         }
     }
 }

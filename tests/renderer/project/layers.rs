@@ -4,15 +4,29 @@ use super::house_rules::sources;
 use crate::common::root;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The modules of `src/`; each may import those before it.
-const LAYERS: &str = "words math control strict_json lanes ray shape film metrics accel shading camera bound models scene sequence trace render inspect plan tradeoff reference";
+/// The modules that a table of ARCHITECTURE.md lists below a heading, from the bottom up.
+fn layers_below(heading: &str) -> Vec<String> {
+    let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let (_, table) = map.split_once(&format!("| {heading} | What |\n|---|---|\n")).expect(heading);
+    let cells = table.lines().map_while(|row| row.strip_prefix("| ")?.split(" |").next());
+    let mut layers: Vec<String> =
+        cells.flat_map(|cell| cell.split(", ")).map(|name| name.trim_matches('`').to_owned()).collect();
+    layers.reverse();
+    layers
+}
+
+/// Checks that the map lists all modules of a folder, and that none imports one above it.
+fn assert_downwards(source: &Source, heading: &str) {
+    let layers = layers_below(heading);
+    let layers: Vec<&str> = layers.iter().map(String::as_str).collect();
+    let modules: BTreeSet<_> = source.files.keys().map(|module| module[0].as_str()).collect();
+    assert_eq!(modules, layers.iter().copied().collect(), "each module has its place below \"{heading}\"");
+    assert_eq!(source.upward(&layers), [""; 0], "{heading}");
+}
 
 #[test]
 fn the_library_imports_downwards_only() {
-    let source = Source::read("src");
-    let modules = source.files.keys().map(|module| module[0].as_str()).collect::<BTreeSet<_>>();
-    assert_eq!(modules, LAYERS.split(' ').collect(), "each module of src/ has its place in the list of layers");
-    assert_eq!(source.upward(&LAYERS.split(' ').collect::<Vec<_>>()), [""; 0]);
+    assert_downwards(&Source::read("src"), "Module of `src`");
 }
 
 #[test]
@@ -20,37 +34,19 @@ fn no_folder_of_the_library_is_in_a_cycle() {
     assert_eq!(Source::read("src").folder_cycles(), [""; 0]);
 }
 
-/// The rooms of `api/` and what is in them, each from the bottom up.
-const ROOMS: [(&str, &str); 3] = [
-    ("", "service http cli"),
-    (
-        "service",
-        "values clock error hash tls addresses concurrency_limit stop_signals storage_threads memory memory_budget limits storage assets scheduler scenes pictures \
-          sequences farm jobs deliveries tradeoff requests",
-    ),
-    (
-        "http",
-        "host settings problem drain activity client_socket connection_limit auth metrics \
-         state extract contract middleware raw_errors prelude respond scene_job routes server start in_process",
-    ),
-];
-
 #[test]
 fn the_program_imports_downwards_only() {
     let program = Source::read("api");
-    for (room, layers) in ROOMS {
-        let layers: Vec<_> = layers.split_whitespace().collect();
-        let inside = program.room(room);
-        let modules: BTreeSet<_> = inside.files.keys().map(|module| module[0].as_str()).collect();
-        assert_eq!(modules, layers.iter().copied().collect(), "each module of api/{room} has its place in its list");
-        assert_eq!(inside.upward(&layers), [""; 0], "api/{room}");
+    for (folder, heading) in [("", "Module of `api`"), ("http", "Module of `http`"), ("service", "Module of `service`")]
+    {
+        assert_downwards(&program.folder(folder), heading);
     }
     assert_eq!(program.folder_cycles(), [""; 0]);
 }
 
 #[test]
 fn routes_do_not_import_each_other() {
-    let routes = Source::read("api").room("http").room("routes");
+    let routes = Source::read("api").folder("http").folder("routes");
     let others: Vec<_> = routes.imports().filter(|(from, to)| from[0] != to[0]).collect();
     assert!(others.is_empty(), "{others:?}");
 }
@@ -125,7 +121,7 @@ impl Source {
     }
 
     /// What is in a folder, as if it were all there is.
-    fn room(&self, name: &str) -> Self {
+    fn folder(&self, name: &str) -> Self {
         if name.is_empty() {
             return Self { files: self.files.clone(), folders: self.folders.clone() };
         }

@@ -2,6 +2,7 @@
 
 use crate::common::service::Service;
 use roxmltree::{Document, Node};
+use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
 
@@ -51,6 +52,21 @@ fn ask(service: &Service, query: &str) -> String {
     let answer = service.post_json(&format!("/v1/tree?x=24&y=14&{query}"), STAGE);
     assert_eq!((answer.status, answer.header("content-type")), (200, "image/svg+xml"), "{query}: {}", answer.text());
     answer.text()
+}
+
+#[test]
+fn codes_of_a_pixel_are_those_of_the_picture() {
+    let service = Service::start(&[]);
+    let film = r#""image": { "width": 48, "height": 32 }, "film": { "exposure": 1, "tone": "khronos_pbr_neutral" }"#;
+    for scene in [STAGE.to_owned(), STAGE.replace(r#""image": { "width": 48, "height": 32 }"#, film)] {
+        let answer = service.post_json("/v1/render", &scene);
+        let picture = image::load_from_memory(&answer.body).unwrap().to_rgb8();
+        for [x, y] in [[3, 3], [24, 14], [24, 30]] {
+            let tree: Value = service.post_json(&format!("/v1/tree?x={x}&y={y}"), &scene).json();
+            assert_eq!(tree["codes"], json!(picture.get_pixel(x, y).0), "{x}, {y}");
+            assert!(tree["codes_off"].as_u64().unwrap() <= 1, "{x}, {y}: the default proves a code");
+        }
+    }
 }
 
 #[test]

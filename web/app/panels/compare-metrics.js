@@ -1,5 +1,7 @@
 // How far two pictures are apart, in 8-bit codes. Pure, and in slices, so that large pictures do not hold up the page.
 
+import { encoded } from "../values.js";
+
 /** @typedef {{ max: number, p999: number, rms: number, identical: number, worst: { x: number, y: number } }} Metrics */
 
 /** Pixels of a slice: some milliseconds. */
@@ -44,10 +46,7 @@ export function difference(a, b, gain) {
 }
 
 /** 4,096 codes of linear light from 0 to 1: sRGB (IEC 61966-2-1). */
-const CURVE = Uint8ClampedArray.from({ length: 4097 }, (_, i) => {
-  const x = i / 4096;
-  return Math.floor(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055) + 0.5);
-});
+const CURVE = Uint8ClampedArray.from({ length: 4097 }, (_, i) => Math.floor(255 * encoded(i / 4096) + 0.5));
 
 /** Linear light at an exposure, in stops, as pixels. @param {import("../pfm.js").Floats} floats @param {number} stops */
 export function exposed({ values, channels }, stops) {

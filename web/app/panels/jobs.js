@@ -3,7 +3,7 @@ import { effect, html, signal, untracked, useEffect, useState } from "../../vend
 import { address } from "../api.js";
 import { more } from "../commands.js";
 import { copy } from "../share.js";
-import { connection, key, offer, panel, problems, text } from "../state.js";
+import { connection, key, offer, panel, problems, status, text } from "../state.js";
 import { Button, Empty } from "../ui.js";
 import { filter, isLoading, jobs, load, pages, setFilter, start as watch, trouble, turn, updated } from "./jobs-list.js";
 import { STATES, ago } from "./jobs-model.js";
@@ -39,7 +39,7 @@ export function start() {
   ];
   // A long picture is offered as a job: whoever comes for that finds the dialog.
   effect(() => {
-    if (panel.value === "jobs") untracked(() => offer.peek() !== null && (isSubmitting.value = true));
+    if (panel.value === "jobs") untracked(() => (offer.peek() !== null || status.peek().job) && (isSubmitting.value = true));
   });
 }
 

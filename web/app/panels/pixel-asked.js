@@ -91,7 +91,7 @@ async function read(from, most) {
 function isTree(of) {
   const isTriple = (/** @type {any} */ triple) => Array.isArray(triple) && triple.length === 3;
   const isRay = (/** @type {any} */ ray, /** @type {number} */ id) => ray?.id === id && (ray.parent === null || (ray.parent >= 0 && ray.parent < id)) && ray.kind in KINDS && [ray.weight, ray.contribution, ray.origin, ray.direction].every(isTriple) && Array.isArray(ray.media);
-  return Array.isArray(of?.pixel) && [of.value, of.raised, of.lacking].every(isTriple) && Array.isArray(of.rays) && of.rays.every(isRay);
+  return Array.isArray(of?.pixel) && [of.value, of.codes, of.raised, of.lacking].every(isTriple) && Array.isArray(of.rays) && of.rays.every(isRay);
 }
 
 /** The request of a pixel of the scene's own size. @param {AbortSignal} signal */

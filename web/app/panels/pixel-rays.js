@@ -1,5 +1,7 @@
 // What can be read off the tree of a pixel's rays: who has sent whom, which samples there are, and whether they add up. Pure.
 
+import { encoded } from "../values.js";
+
 /** @typedef {[number, number, number]} Triple */
 /** @typedef {"camera" | "reflected" | "transmitted" | "gathered" | "shadow"} Kind */
 /** @typedef {{ t: number, point: Triple, normal: Triple, object: string, body?: string, name?: string, material: string, entering: boolean }} Hit */
@@ -10,7 +12,7 @@
  *   direction: Triple, media: { object: string, ior: number }[], hit?: Hit, snell?: Snell, light?: number,
  *   transmittance?: Triple, not_followed?: Stub[] }} Ray
  */
-/** @typedef {{ pixel: [number, number], precision: "single" | "double", samples: number, value: Triple, raised: Triple, lacking: Triple, truncated: boolean, rays: Ray[] }} Tree */
+/** @typedef {{ pixel: [number, number], precision: "single" | "double", samples: number, value: Triple, codes: Triple, codes_off: number, raised: Triple, lacking: Triple, truncated: boolean, rays: Ray[] }} Tree */
 /** @typedef {ReturnType<typeof grow>} Grown `total`: what each ray and all that come from it add to the pixel, three channels for each */
 /** @typedef {{ ray: Ray, stub: null, level: number, place: number, siblings: number, open: boolean | null } | { ray: Ray, stub: Stub, level: number, place: number, siblings: number, open: null }} Row */
 
@@ -181,16 +183,7 @@ export function mediaOf({ tree, children }, ray, named) {
 }
 
 /** A linear value as code of sRGB, with its fraction. @param {number} linear */
-export function codeOf(linear) {
-  const value = Math.min(1, Math.max(0, linear));
-  return 255 * (value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055);
-}
-
-/** Codes that the pixel is off at most: what it lacks counts from what was traced, not from what was raised. @param {Pick<Tree, "value" | "raised" | "lacking">} tree */
-export function codesOff({ value, raised, lacking }) {
-  const code = (/** @type {number} */ linear) => Math.round(codeOf(Math.fround(linear)));
-  return largest(value.map((linear, c) => Math.max(code(linear - raised[c] + lacking[c]) - code(linear), code(linear) - code(linear - raised[c]))));
-}
+export const codeOf = (linear) => 255 * encoded(Math.min(1, Math.max(0, linear)));
 
 /** The color of a linear value for CSS. @param {ArrayLike<number>} linear @param {number} [gain] */
 export const colorOf = (linear, gain = 1) => `rgb(${[0, 1, 2].map((c) => Math.round(codeOf(linear[c] * gain))).join(" ")})`;

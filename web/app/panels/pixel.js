@@ -1,6 +1,6 @@
 // One pixel: its value, what it may lack, the rays that it is made of, and that they add up.
 import { html } from "../../vendor/preact.js";
-import { pixel, scene, size } from "../state.js";
+import { pixel, size } from "../state.js";
 import { Button, Empty, Icon } from "../ui.js";
 import { answer, askAgain, askAnyway, asking, chooseSample, inspect, isDrawn, isStale, sample, spot, start as startAsking } from "./pixel-asked.js";
 import { Icicle } from "./pixel-icicle.js";
@@ -9,7 +9,7 @@ import { Outline } from "./pixel-outline.js";
 import { OutsideView } from "./pixel-outside.js";
 import { start as startOverlay } from "./pixel-overlay.js";
 import { ChosenRay } from "./pixel-ray.js";
-import { codeOf, codesOff, colorOf, largest, oddOne, short } from "./pixel-rays.js";
+import { colorOf, largest, oddOne, short } from "./pixel-rays.js";
 import { Sum } from "./pixel-sum.js";
 
 export const id = "pixel";
@@ -43,18 +43,15 @@ function State() {
     ${(state === "failed" || state === "offline") && html`<${Button} press=${askAgain}>Try again<//>`}${state === "outside" && at && html`<${Button} press=${() => inspect({ x: Math.min(at.x, size.value.width - 1), y: Math.min(at.y, size.value.height - 1) })}>Take the nearest<//>`}${state === "large" && html`<${Button} press=${askAnyway}>Load them all<//>`}</p>`;
 }
 
-/** Whether codes of the picture follow from the value alone. */
-const isPlain = () => !scene.value?.film || (!scene.value.film.exposure && (scene.value.film.tone ?? "none") === "none");
-
 /** @param {{ tree: import("./pixel-rays.js").Tree }} props */
 function Value({ tree }) {
-  const codes = tree.value.map((value) => Math.round(codeOf(value)));
+  const { codes } = tree;
   const row = (/** @type {string} */ name, /** @type {(string | number)[]} */ values) => html`<tr><th scope="row">${name}</th>${values.map((value, c) => html`<td key=${c} class="number mono">${value}</td>`)}</tr>`;
   return html`<div class="pixel-value">
-    <span class="pixel-swatch" style=${{ background: colorOf(tree.value) }} role="img" aria-label="Color of the pixel"></span>
+    <span class="pixel-swatch" style=${{ background: `rgb(${codes.join(" ")})` }} role="img" aria-label="Color of the pixel"></span>
     <table><caption class="hidden-visually">Value of the pixel</caption><thead class="hidden-visually"><tr><td></td><th scope="col">red</th><th scope="col">green</th><th scope="col">blue</th></tr></thead>
-      <tbody>${isPlain() ? row("codes", codes) : null}${row("linear", tree.value.map((value) => short(value, 5)))}
-      ${isPlain() && html`<tr><th scope="row">CSS</th><td colspan="3" class="number mono">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</td></tr>`}</tbody></table>
+      <tbody>${row("codes", codes)}${row("linear", tree.value.map((value) => short(value, 5)))}
+      <tr><th scope="row">CSS</th><td colspan="3" class="number mono">#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}</td></tr></tbody></table>
   </div>`;
 }
 
@@ -63,10 +60,10 @@ function Lacking({ tree }) {
   const ended = tree.rays.reduce((sum, { not_followed: of = [] }) => sum + of.length, 0);
   const left = ended === 0 ? "Lights that could not matter were not asked for" : `${ended.toLocaleString("en")} ${ended === 1 ? "ray was" : "rays were"} not followed`;
   if (largest(tree.lacking) === 0) return html`<p class="lacking-line whole"><${Icon} name="check" /><span><strong>Lacks nothing.</strong>${" "}${ended === 0 ? "Every ray was followed to its end." : `${left}, which could not show.`}</span></p>`;
-  const codes = codesOff(tree);
+  const codes = tree.codes_off;
   const most = html`<span class="mono">${tree.lacking.map((lack) => short(lack, 2)).join(", ")}</span>`;
   return html`<p class="lacking-line"><span class="hatch" aria-hidden="true"></span><span>
-    ${isPlain() && html`<strong>${codes === 0 ? "Exact to the code." : `At most ${codes} ${codes === 1 ? "code" : "codes"} off.`}</strong>${" "}`}${left}: that could add at most ${most}${largest(tree.raised) > 0 ? ", of which a part is added already, so that the pixel lies in the middle." : "."}</span></p>`;
+    <strong>${codes === 0 ? "Exact to the code." : `At most ${codes} ${codes === 1 ? "code" : "codes"} off.`}</strong>${" "}${left}: that could add at most ${most}${largest(tree.raised) > 0 ? ", of which a part is added already, so that the pixel lies in the middle." : "."}</span></p>`;
 }
 
 /** @param {{ count: number }} props */

@@ -150,7 +150,7 @@ function Foot({ of, by }) {
     <div><dt>Kernel</dt><dd>${names(of.kernel.split("|"))} <span class="quiet">in ${of.precision} precision, <code>${of.kernel_hash}</code></span>
       ${of.superset_of_needed.length > 0 && html`<br /><span class="quiet">Not needed by this scene:</span> ${names(of.superset_of_needed)}`}</dd></div>
     ${of.overlap > 0 && html`<div><dt>Overlap</dt><dd class="quiet">Up to ${Math.round(of.overlap)} primitives lie around one point.</dd></div>`}
-    <div><dt>Never simulated</dt><dd>${names(of.not_simulated)}</dd></div>
+    <div><dt>Not simulated</dt><dd>${names(of.not_simulated)}</dd></div>
   </dl>`;
 }
 

@@ -5,14 +5,15 @@ use crate::http::extract::named_job::NamedJob;
 use crate::http::prelude::*;
 use crate::http::respond::body;
 use crate::http::respond::forward::forward_to_owner;
-use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of, render_again};
+use crate::http::respond::job::{encode_png, no_picture, patiently, picture_of};
 use crate::http::respond::sequence::{animation, refuse_sequence};
 use crate::service::jobs::Job;
 use crate::service::jobs::record::State as JobState;
 use crate::service::limits::PART_PIXELS;
-use crate::service::pictures::spec::{PictureSpec, outside};
+use crate::service::pictures::spec::outside;
+use crate::service::scheduler::task::Class;
 use std::time::Duration;
-use strahl::film::{FileFormat, Region};
+use strahl::film::Region;
 
 /// Longest wait for an unfinished part. Viewers give up after 30 seconds.
 const PART_PATIENCE: Duration = Duration::from_secs(25);
@@ -88,7 +89,8 @@ pub(super) async fn tile(
     let png = match film {
         Some(film) => encode_png(&app, &tenant, film).await?,
         None if job.record().state == JobState::Succeeded => {
-            render_again(&app, &tenant, &job, PictureSpec::plain(Some(region), FileFormat::Png8)).await?
+            let part = app.service.part_of_job(tenant.task(Class::Tiles), &job, region).await?;
+            part.ok_or_else(|| Problem::new(Kind::Gone, "the job's scene is gone"))?
         }
         None => return Err(no_picture(&job)),
     };

@@ -64,7 +64,7 @@ pub(super) async fn preview(
     let is_new = |job: &Job| {
         let revision = job.revision();
         let succeeded = job.record().state == JobState::Succeeded;
-        let is_there = revision > 0 || succeeded;
+        let is_there = job.has_preview() || succeeded;
         let is_other = after.is_none_or(|after| revision > after || succeeded) && !is_known(&tag(revision, succeeded));
         // Who does not ask for another waits for the first.
         is_there && (is_other || asked.is_none())
@@ -78,8 +78,23 @@ pub(super) async fn preview(
     // The newest preview is returned in either case.
     patiently(&app, patience, news).await;
     let succeeded = job.record().state == JobState::Succeeded;
+    let headers_of = |revision: u64| {
+        [
+            (header::ETAG, tag(revision, succeeded)),
+            (header::CACHE_CONTROL, "no-cache".to_owned()),
+            (HeaderName::from_static("preview-revision"), revision.to_string()),
+        ]
+    };
     if succeeded && job.record().frames.is_some() {
-        return sheet(&app, &tenant, &job, None).await;
+        let headers = headers_of(job.revision());
+        if is_known(&tag(job.revision(), true)) {
+            return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
+        }
+        let mut answer = sheet(&app, &tenant, &job, None).await?;
+        answer
+            .headers_mut()
+            .extend(headers.map(|(name, value)| (name, HeaderValue::from_str(&value).expect("digits"))));
+        return Ok(answer);
     }
     let (png, revision) = if succeeded {
         let (jobs, kept) = (Arc::clone(&app.service.jobs), Arc::clone(&job));
@@ -96,13 +111,8 @@ pub(super) async fn preview(
             (encode_png(&app, &tenant, film).await?, revision)
         }
     };
-    let tag = tag(revision, succeeded);
-    let headers = [
-        (header::ETAG, tag.clone()),
-        (header::CACHE_CONTROL, "no-cache".to_owned()),
-        (HeaderName::from_static("preview-revision"), revision.to_string()),
-    ];
-    if is_known(&tag) {
+    let headers = headers_of(revision);
+    if is_known(&tag(revision, succeeded)) {
         return Ok((StatusCode::NOT_MODIFIED, headers).into_response());
     }
     Ok((headers, [(header::CONTENT_TYPE, "image/png")], body(app.service.memory.metered(png)?)).into_response())

@@ -14,7 +14,7 @@ use strahl::film::Region;
 
 pub(super) fn routes() -> Vec<Route> {
     let about = "The size of an image and where its tiles are: TileJSON, with pixels for coordinates.";
-    let about_tile = "A tile, of 512 x 512 pixels unless its description says less. At zoom z the image is 2^z tiles wide or high, whichever is longer.";
+    let about_tile = "A tile, of 512 x 512 pixels unless its description says less. At zoom 0 all of the image is in one tile; each further zoom doubles it.";
     vec![
         Route::get("/xyz/{image}", description, ["xyz", "tiles", about])
             .needs(Scope::Read)

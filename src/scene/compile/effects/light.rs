@@ -330,7 +330,7 @@ pub(super) fn by_light<R>(
     match (on, pointers.is_empty()) {
         (true, _) => EffectReason::asked(why_on, pointers),
         (false, false) if facts.description.lights.iter().any(|light| asks(light) && light.shines()) => {
-            EffectReason::asked("no surface scatters the light", pointers)
+            EffectReason::asked("no surface scatters the light, or it ends before any", pointers)
         }
         (false, false) => EffectReason::asked(black, pointers),
         (false, true) => EffectReason::off(off),
