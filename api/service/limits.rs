@@ -202,8 +202,8 @@ impl AnswerLimits {
         let (pixels, max) = (region.pixels(), self.max_pixels);
         if pixels > max {
             let detail = format!(
-                "{width} x {height} is {pixels} pixels; one answer has at most {max} (max_pixels): ask for tiles, or \
-                 submit a job (POST /v1/jobs)"
+                "{width} x {height} is {pixels} pixels; one answer has at most {max} (max_pixels): ask for a smaller size; \
+                 a picture may also be a job (POST /v1/jobs), or come in tiles"
             );
             return Err(Error::Limit { name: "max_pixels", max, detail });
         }
@@ -211,7 +211,8 @@ impl AnswerLimits {
         if total > max {
             let detail = format!(
                 "{pixels} pixels with {samples} samples each are {total} samples; one answer has at most {max} \
-                 (max_samples_total): ask for tiles or fewer samples"
+                 (max_samples_total): ask for fewer samples or a smaller size; a picture may also be a job (POST /v1/jobs), or come in \
+                 tiles"
             );
             return Err(Error::Limit { name: "max_samples_total", max, detail });
         }

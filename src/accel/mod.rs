@@ -20,6 +20,7 @@ mod resolve;
 mod sah;
 mod shaft;
 mod surface;
+mod touching_eye;
 mod traversal;
 mod triangle_runs;
 mod wide_bvh;

@@ -75,6 +75,15 @@ impl<R: Real> Owner<'_, R> {
         })
     }
 
+    /// A point of the scene in the body's own coordinates; none if it moves.
+    pub(super) fn point_into_object(&self, p: DVec3) -> Option<DVec3> {
+        let inside = |p: DVec3, placed: &Instance<R>| {
+            let translation = DVec3::from_array(placed.to_local.translation.map(Real::to_f64));
+            placed.motion.is_none().then(|| placed.to_local.matrix() * p + translation)
+        };
+        self.placements().try_fold(p, inside)
+    }
+
     /// A direction of the scene in the body's own coordinates, of what moves at its start.
     pub fn into_object(&self, d: DVec3) -> DVec3 {
         self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)

@@ -5,6 +5,7 @@ pub mod emitters;
 mod environment_pyramid;
 pub mod fog;
 pub mod light;
+pub mod lobe_highlights;
 pub mod lobes;
 pub mod material;
 pub mod media;

@@ -15,7 +15,8 @@ use crate::ray::Rays;
 use crate::scene::effects::Effect;
 use crate::scene::world::World;
 use crate::shading::light::{Arrival, Light, Place};
-use crate::shading::lobes::{Lobes, limited};
+use crate::shading::lobe_highlights::limited;
+use crate::shading::lobes::Lobes;
 use std::f64::consts::PI;
 
 /// The density of rays that a mirror sends into their only direction: nothing else may find what they do.

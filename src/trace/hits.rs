@@ -1,12 +1,13 @@
 //! The hits of a packet: surfaces, bodies and coefficients for shading.
 
 use super::coincident;
-use crate::accel::{Coherence, Nearest, Owner, Shape, Spheres, Surface, nearest_hit, resolve};
+use crate::accel::{Coherence, Nearest, Owner, Spheres, Surface, nearest_hit, resolve};
 use crate::lanes::{Ids, Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::{Hit, Rays};
 use crate::scene::world::World;
 use crate::shading::material::{Coefficients, Material, look_up};
 use crate::shading::media::Medium;
+use glam::DVec3;
 
 /// Most surfaces that a walk along a straight line crosses.
 pub(super) const MAX_CROSSINGS: usize = 1000;
@@ -105,47 +106,46 @@ impl<L: Lanes> Hits<L> {
         }
     }
 
-    /// Looks behind surfaces that the rays of an eye start on. What is exactly there has t = 0, which is no hit; of triangles and
-    /// frustums rounding may make a little more of it.
+    /// Looks behind triangles and frustums that the rays of an eye start on: what is exactly there has t = 0, which is no hit, but
+    /// rounding may make a little more of it.
     #[inline(always)]
     pub fn leave_eye(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence) {
-        let on = self.starts_on(s, rays);
-        if on != 0 {
-            self.leave(s, world, rays, coherence, on);
+        let near = self.near_origin(s, rays);
+        if near != 0 {
+            self.leave(s, world, rays, coherence, near);
         }
     }
 
-    /// The lanes whose rays start on the plane of what they hit, within the roundings of the coordinates: |n (o - p)| is at most
-    /// 4 u |n| (|o| + |p|), component by component, so that the height above a floor counts, and not how large it is.
+    /// The lanes whose rays may start on the plane of what they hit: |n (o - p)| is at most 4 u |n| (|o| + |p|), component by component.
     #[inline(always)]
-    fn starts_on(&self, s: L::Simd, rays: &Rays<L>) -> u32 {
+    fn near_origin(&self, s: L::Simd, rays: &Rays<L>) -> u32 {
         let height = self.ng.dot(rays.origin - self.surface.point).abs();
         let size = self.ng.abs().dot(rays.origin.abs() + self.surface.point.abs());
         height.le(size * L::lit(s, 4.0 * L::Real::ROUNDOFF)).bits() & self.found
     }
 
     #[inline(never)]
-    fn leave(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence, mut on: u32) {
-        L::vectorize(
-            s,
-            #[inline(always)]
-            || {
-                let mut rays = Rays { ..*rays };
-                for _ in 0..MAX_CROSSINGS {
-                    let faces = |lane: &usize| {
-                        let item = world.owner(self.expanded.lane(*lane)).item;
-                        matches!(item.shape, Shape::Mesh(_) | Shape::Frustum(_))
-                    };
-                    let lanes = lanes_of(on).filter(faces).fold(0, |lanes, lane| lanes | 1 << lane);
-                    if lanes == 0 {
-                        return;
-                    }
+    fn leave(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence, mut near: u32) {
+        let mut rays = Rays { ..*rays };
+        for _ in 0..MAX_CROSSINGS {
+            let starts_on = |lane: &usize| {
+                let (expanded, origin) = (self.expanded.lane(*lane), rays.origin.lane(*lane).map(Real::to_f64));
+                world.owner(expanded).touches(expanded, DVec3::from_array(origin))
+            };
+            let lanes = lanes_of(near).filter(starts_on).fold(0, |lanes, lane| lanes | 1 << lane);
+            if lanes == 0 {
+                return;
+            }
+            L::vectorize(
+                s,
+                #[inline(always)]
+                || {
                     rays.t_min = L::select(L::mask(s, lanes), self.t, rays.t_min);
                     self.find(s, world, &mut rays, coherence);
-                    on = self.starts_on(s, &rays);
-                }
-            },
-        );
+                    near = self.near_origin(s, &rays);
+                },
+            );
+        }
     }
 
     /// Finds the nearest surface of each ray. Both steps are functions; a third one around them would take 3 % of the time of

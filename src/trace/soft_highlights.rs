@@ -15,7 +15,8 @@ use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::shading::light::{Area, Light, Place};
-use crate::shading::lobes::{Lobes, shares_of_limit};
+use crate::shading::lobe_highlights::shares_of_limit;
+use crate::shading::lobes::Lobes;
 use crate::shading::microfacet::visible_facet;
 use crate::shading::optics::reflect;
 

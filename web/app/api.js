@@ -14,7 +14,7 @@ export class Problem extends Error {
     this.status = status;
     /** @type {SceneProblem[]} */
     this.errors = document.errors ?? [];
-    /** Name of the limit that it is beyond, or "". @type {string} */
+    /** The limit that it is beyond. @type {string} */
     this.limit = document.limit?.name ?? "";
     /** Seconds after which the service may take it, or 0. */
     this.retryAfter = retryAfter;

@@ -1,8 +1,8 @@
 // What is rendered when: a state machine without effects. `next` takes an event and gives actions; `picture.js` carries them out.
 //
-// Rung 0 answers at once: as large as 20 ms allow, one sample a pixel. The first one of a page is very small; what it takes tells
-// the size of the next. For scenes of which not even a small picture is that quick it has a ceiling instead. It is over before the next key, so it is never aborted. Rung 1 is the full
-// size with one sample, after 140 ms of quiet. Rung 2 is what the scene asks for. Newer texts abort both at once.
+// Rung 0 answers at once, with one sample a pixel and as many pixels as 20 ms allow, by what the last one took; where not even few are
+// that quick it has a ceiling. It is never aborted. Rung 1 is the full size with one sample, after 140 ms of quiet. Rung 2 is what the
+// scene asks for. Newer texts abort both.
 
 /** @typedef {0 | 1 | 2} Rung */
 /**

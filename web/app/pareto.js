@@ -22,8 +22,7 @@ export function earlyPoint({ settings, time_ms: ms, rays, proved_codes: proved, 
 }
 
 /**
- * Of all that was told of points while they are measured, that on a picture of one size: times on others say nothing about it. It is
- * the largest size that most of the points have come to.
+ * The newest of each point on a picture of one size, the largest that most have come to: times on others say nothing about it.
  * @template {{ index: number, width: number, height: number }} Of @param {Of[]} told @returns {Of[]}
  */
 export function ofOneSize(told) {

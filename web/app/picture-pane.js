@@ -62,10 +62,12 @@ function colorAt(at) {
   return `: red ${red}, green ${green}, blue ${blue}`;
 }
 
+const AsJob = () => html`<${Button} press=${() => openPanel("jobs")}>As a job<//>`;
+
 /** What is wrong, over the last good picture. */
 function Trouble() {
   const [first] = problems.value;
-  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}${status.value.job && html` <${Button} press=${() => openPanel("jobs")}>As a job<//>`}</p>`;
+  if (status.value.word === "failed") return html`<p class="trouble" role="alert"><${Icon} name="warning" />${status.value.detail}${status.value.job && html` <${AsJob} />`}</p>`;
   if (!first || status.value.word !== "invalid") return null;
   if (!isOfText(first)) return html`<p class="trouble"><${Icon} name="warning" />${wordsOf(first)} <${LeaveOut} problem=${first} /></p>`;
   const line = lineOf(text.value, rangeOf(text.value, syntax.value, first).from);
@@ -77,7 +79,7 @@ function Offer() {
   if (offer.value === null) return null;
   const isTooLong = limits.value && offer.value > 1000 * limits.value.timeout_s;
   return html`<div class="offer" role="region" aria-label="A longer render">The whole picture should take ${duration(offer.value)}${isTooLong ? ", longer than one answer may" : ""}.
-    ${!isTooLong && html`<${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//>`}<${Button} kind=${isTooLong ? "main" : undefined} press=${() => openPanel("jobs")}>As a job<//></div>`;
+    ${!isTooLong && html`<${Button} kind="main" keys="Control+Enter" press=${renderNow}>Render it<//>`}<${AsJob} /></div>`;
 }
 
 export function PicturePane() {

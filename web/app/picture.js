@@ -135,7 +135,7 @@ function fail(error, base, signal) {
     batch(() => {
       if (isRefused) problems.value = [];
       status.value = error instanceof Unreachable ? { word: "offline", detail: "looking for the service" }
-        : isRefused && TOO_MUCH.has(error.limit) ? { word: "failed", detail: "The picture is more work than one answer may be. A job may be larger.", job: true }
+        : isRefused && TOO_MUCH.has(error.limit) ? { word: "failed", detail: "This is too much for one answer. A job may be larger.", job: true }
         : { word: "failed", detail: error.message };
     });
   }

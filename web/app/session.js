@@ -32,7 +32,6 @@ async function restore(words) {
     if (!isOpen) return;
   } catch (error) {
     if (text.peek() === "") await openExample(FIRST).catch((failure) => (status.value = { word: "failed", detail: failure.message }));
-    // It stays when the text changes, and the link is not lost.
     say(`This link cannot be opened: ${/** @type {Error} */ (error).message}`, { label: "Try again", run: () => void restore(words) });
   }
   batch(() => {

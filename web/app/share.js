@@ -7,7 +7,7 @@ import { isFitted } from "./looking.js";
 import { deep, dialog, key, origin, panel, pixel, say, settings, shown, size, text, title, view } from "./state.js";
 import { Button, Dialog } from "./ui.js";
 
-/** The fragment of what is seen. A scene that takes more than `most` characters is left out: it has only the name by which this tab keeps it. @param {number} [most] @returns {Promise<string>} */
+/** The fragment of what is seen. Of a scene beyond `most` characters it has only the name by which this tab keeps it. @param {number} [most] @returns {Promise<string>} */
 export async function seen(most = Infinity) {
   const at = view.peek();
   const frame = isFitted.peek() ? undefined : { x: (at.width / 2 - at.left) / at.scale / size.peek().width, y: (at.height / 2 - at.top) / at.scale / size.peek().height, scale: at.scale };

@@ -133,10 +133,7 @@ function headOf(long, places) {
   return /** @type {any} */ (Object.fromEntries(whole.map(({ pointer, from, to }) => [pointer.slice(1), JSON.parse(long.slice(from, to))])));
 }
 
-/**
- * The media type of a text: JSON begins with a brace, NFF with its camera, background or light. Of others it is the one that the text had.
- * @param {string} of @param {string} before
- */
+/** JSON begins with a brace, NFF with its camera, background or light; others are what they were. @param {string} of @param {string} before */
 export function typeOf(of, before) {
   if (/^\s*\{/.test(of)) return "application/json";
   return /^(?:\s*#[^\n]*\n)*\s*(?:v\s*\n|from\s|[bl]\s+[-+.\d]+\s+[-+.\d])/.test(of) ? "text/x-nff" : before;

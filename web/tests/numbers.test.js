@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { bent, earlyPoint, front, layout, nameOf, ofOneSize, pointOf, queryOf, ticks } from "../app/pareto.js";
-import { readPfm } from "../app/pfm.js";
+import { readPfm } from "../app/panels/pfm.js";
 import { along, at, colored, histogram, ramp, scaleOf } from "../app/ramps.js";
 
 function pfm(kind, width, height, values, little = true) {

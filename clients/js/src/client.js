@@ -145,7 +145,7 @@ export class Client {
    * @param {Scene} scene
    * @param {Settings[]} settings
    * @param {Given} [given]
-   * @returns {Promise<Schemas["Several"]>}
+   * @returns {Promise<Schemas["SettingsEstimates"]>}
    */
   async explainEach(scene, settings, { signal } = {}) {
     const body = `{"scene":${await textOf(scene)},"settings":${JSON.stringify(settings)}}`;
@@ -259,9 +259,9 @@ export class Client {
 
   /**
    * A prefix of paths with which pages can read one job, picture or scene without a key.
-   * @param {Schemas["Wanted"]} of
+   * @param {Schemas["CapabilityRequest"]} of
    * @param {Given} [given]
-   * @returns {Promise<Schemas["Minted"]>}
+   * @returns {Promise<Schemas["Capability"]>}
    */
   capability(of, { signal } = {}) {
     const headers = { "content-type": "application/json" };
@@ -280,7 +280,7 @@ export class Client {
   /**
    * Whose key it is, what it may do, and what is left of its limits.
    * @param {Given} [given]
-   * @returns {Promise<Schemas["Me"]>}
+   * @returns {Promise<Schemas["KeyInfo"]>}
    */
   me({ signal } = {}) {
     return this.#connection.ask("/v1/me", { signal }, json);
@@ -289,7 +289,7 @@ export class Client {
   /**
    * Who has the renderer and waits for it.
    * @param {Given} [given]
-   * @returns {Promise<Schemas["Queued"]>}
+   * @returns {Promise<Schemas["QueueStatus"]>}
    */
   queue({ signal } = {}) {
     return this.#connection.ask("/v1/queue", { signal }, json);

@@ -86,9 +86,9 @@ export class Client {
      * @param {Scene} scene
      * @param {Settings[]} settings
      * @param {Given} [given]
-     * @returns {Promise<Schemas["Several"]>}
+     * @returns {Promise<Schemas["SettingsEstimates"]>}
      */
-    explainEach(scene: Scene, settings: Settings[], { signal }?: Given): Promise<Schemas["Several"]>;
+    explainEach(scene: Scene, settings: Settings[], { signal }?: Given): Promise<Schemas["SettingsEstimates"]>;
     /**
      * How far b is from a, in codes and as people see it.
      * @param {ImageLike} a
@@ -177,11 +177,11 @@ export class Client {
     image(id: string, { format, ...query }?: Output, { signal }?: Given): Promise<import("./picture.js").Picture>;
     /**
      * A prefix of paths with which pages can read one job, picture or scene without a key.
-     * @param {Schemas["Wanted"]} of
+     * @param {Schemas["CapabilityRequest"]} of
      * @param {Given} [given]
-     * @returns {Promise<Schemas["Minted"]>}
+     * @returns {Promise<Schemas["Capability"]>}
      */
-    capability(of: Schemas["Wanted"], { signal }?: Given): Promise<Schemas["Minted"]>;
+    capability(of: Schemas["CapabilityRequest"], { signal }?: Given): Promise<Schemas["Capability"]>;
     /**
      * The text of a stored scene as you have sent it.
      * @param {string} id
@@ -191,15 +191,15 @@ export class Client {
     /**
      * Whose key it is, what it may do, and what is left of its limits.
      * @param {Given} [given]
-     * @returns {Promise<Schemas["Me"]>}
+     * @returns {Promise<Schemas["KeyInfo"]>}
      */
-    me({ signal }?: Given): Promise<Schemas["Me"]>;
+    me({ signal }?: Given): Promise<Schemas["KeyInfo"]>;
     /**
      * Who has the renderer and waits for it.
      * @param {Given} [given]
-     * @returns {Promise<Schemas["Queued"]>}
+     * @returns {Promise<Schemas["QueueStatus"]>}
      */
-    queue({ signal }?: Given): Promise<Schemas["Queued"]>;
+    queue({ signal }?: Given): Promise<Schemas["QueueStatus"]>;
     /**
      * What a request may ask for.
      * @param {Given} [given]

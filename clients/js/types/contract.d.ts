@@ -1059,7 +1059,7 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        /** A tile, of 512 x 512 pixels unless its description says less. At zoom z the image is 2^z tiles wide or high, whichever is longer. */
+        /** A tile, of 512 x 512 pixels unless its description says less. At zoom 0 all of the image is in one tile; each further zoom doubles it. */
         get: operations["xyzTile"];
         put?: never;
         post?: never;
@@ -1084,31 +1084,6 @@ export interface components {
             rays: components["schemas"]["Rays"];
         } | {
             statistical: components["schemas"]["Statistical"];
-        };
-        /** @description Actual cost of an effect. */
-        Actual: {
-            /**
-             * Format: double
-             * @description The same as `share_ms`, under its former name.
-             */
-            ms_estimated: number | null;
-            /**
-             * Format: uint64
-             * @description Its own rays, counted.
-             */
-            rays: number;
-            /**
-             * Format: double
-             * @description Milliseconds that the picture would save without this one effect, measured by a pilot without it. Below 0 if it would
-             *     take longer. Null if the effect is off, or cannot be left out alone.
-             */
-            saves_ms: number | null;
-            /**
-             * Format: double
-             * @description Milliseconds that its own rays took: their number times what rays of their kind took in the pilot. Null if its time is
-             *     part of other effects' rays.
-             */
-            share_ms: number | null;
         };
         /** @description How many samples the pixels asked for. */
         AdaptiveSamples: {
@@ -1164,7 +1139,7 @@ export interface components {
             kernel: string;
             /** @description Hash of all that selects machine code: kernel, precision, instruction set, version. */
             kernel_hash: string;
-            /** @description Effects that this renderer never simulates. */
+            /** @description Effects of light that no ray of the picture simulates. */
             not_simulated: string[];
             /**
              * Format: double
@@ -1186,21 +1161,16 @@ export interface components {
              */
             angle_deg: number;
         };
-        /** @description The farm, if there is one. */
-        Answer: {
-            /** @description Null: the service renders itself. */
-            farm: components["schemas"]["Figures"] | null;
-        };
-        /** @description What the rays hit, in their order. */
-        Answers: {
-            /** @description One for each ray. */
-            answers: components["schemas"]["RayAnswer"][];
-        };
         /** @description Areas that light comes from, each point of them with the same share of its intensity, with no regard to the angle it leaves at. */
         Area: {
             disc: components["schemas"]["DiscArea"];
         } | {
             parallelogram: components["schemas"]["ParallelogramArea"];
+        };
+        /** @description Assets that somebody needs. */
+        AssetHashes: {
+            /** @description Their SHA-256 in hexadecimal digits, with or without `sha256:` before them. */
+            sha256: string[];
         };
         /** @description What a body absorbs: it lets `color` pass over a length of `distance`. */
         Attenuation: {
@@ -1229,24 +1199,6 @@ export interface components {
             min: number[];
             /** @description A name, for people; answers and ray trees repeat it. At most 256 bytes. */
             name?: string | null;
-        };
-        /** @description Seconds of one slot. */
-        Backlog: {
-            /**
-             * Format: double
-             * @description Jobs of low priority.
-             */
-            bulk: number;
-            /**
-             * Format: double
-             * @description Renders that somebody waits for.
-             */
-            hi: number;
-            /**
-             * Format: double
-             * @description Jobs.
-             */
-            norm: number;
         };
         /** @description Bumps: the surface is shaded as if it were raised along its normal, but its outline stays. */
         Bump: {
@@ -1328,6 +1280,30 @@ export interface components {
              * @description Vertical angle of view of cameras that have one.
              */
             vfov_deg?: number | null;
+        };
+        /** @description A capability. */
+        Capability: {
+            /**
+             * Format: uint64
+             * @description When it expires, in seconds since 1970.
+             */
+            expires: number;
+            /** @description Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`. */
+            prefix: string;
+        };
+        /** @description What a capability is for: a job, a picture or a scene. */
+        CapabilityRequest: {
+            /** @description Id of a picture. */
+            image_id?: string | null;
+            /** @description Id of a job. */
+            job_id?: string | null;
+            /** @description Id of a scene, whose text is to be read. */
+            scene_id?: string | null;
+            /**
+             * Format: uint64
+             * @description Lifetime in seconds, 3600 by default.
+             */
+            ttl?: number | null;
         };
         /** @description Checkerboard: tile `a` where the sum of floor(p / size) over the named axes is even, in object space. */
         Checker: {
@@ -1423,6 +1399,25 @@ export interface components {
             uv?: number;
             /** @description The texture beyond the edges of the picture, in both directions or `[across, along]`. Default `"repeat"`. */
             wrap?: components["schemas"]["Wraps"];
+        };
+        /** @description Two pictures. */
+        CompareRequest: {
+            /** @description The one that is compared with, as a reference is. */
+            a: components["schemas"]["CompareSide"];
+            /** @description The other. */
+            b: components["schemas"]["CompareSide"];
+        };
+        /** @description An image id, or a scene with settings. */
+        CompareSide: {
+            /** @description An image id. */
+            image?: string | null;
+            /**
+             * @description A scene.
+             * @default null
+             */
+            scene?: components["schemas"]["Scene"];
+            /** @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`. */
+            settings?: components["schemas"]["Overrides"];
         };
         /** @description Circular cone or its frustum from `base` to `top`. */
         Cone: {
@@ -1654,41 +1649,18 @@ export interface components {
              */
             radius: number;
         };
-        /** @description What nodes have done since they were started. */
-        Done: {
-            /**
-             * Format: double
-             * @description Seconds that slots have rendered.
-             */
-            busy_seconds: number;
-            /**
-             * Format: uint64
-             * @description Pieces that failed.
-             */
-            failures: number;
-            /**
-             * Format: uint64
-             * @description Pieces of work.
-             */
-            pieces: number;
-            /**
-             * Format: uint64
-             * @description Tiles in them.
-             */
-            tiles: number;
-        };
         /** @description The speed between two keys. All are polynomials, which give the same bits on every machine. */
         Ease: "linear" | "in" | "out" | "in_out";
         /** @description One effect. */
         Effect: {
             /** @description Actual cost. */
-            act?: components["schemas"]["Actual"] | null;
+            act?: components["schemas"]["EffectCost"] | null;
             /** @description JSON pointers of the keys that ask for it, at most 10. */
             because: string[];
             /** @description Its name, a token of letters and `_`. */
             effect: string;
             /** @description Estimated cost. */
-            est?: components["schemas"]["Estimated"] | null;
+            est?: components["schemas"]["EffectEstimate"] | null;
             /** @description Why, in a sentence. */
             reason: string;
             /** @description Whether it is simulated. */
@@ -1697,6 +1669,46 @@ export interface components {
             values?: {
                 [key: string]: unknown;
             };
+        };
+        /** @description Actual cost of an effect. */
+        EffectCost: {
+            /**
+             * Format: double
+             * @description The same as `share_ms`, under its former name.
+             */
+            ms_estimated: number | null;
+            /**
+             * Format: uint64
+             * @description Its own rays, counted.
+             */
+            rays: number;
+            /**
+             * Format: double
+             * @description Milliseconds that the picture would save without this one effect, measured by a pilot without it. Below 0 if it would
+             *     take longer. Null if the effect is off, or cannot be left out alone.
+             */
+            saves_ms: number | null;
+            /**
+             * Format: double
+             * @description Milliseconds that its own rays took: their number times what rays of their kind took in the pilot. Null if its time is
+             *     part of other effects' rays.
+             */
+            share_ms: number | null;
+        };
+        /** @description Estimate of an effect. */
+        EffectEstimate: {
+            /**
+             * Format: double
+             * @description Milliseconds of wall time on all threads. Null if its time is part of other effects' rays.
+             */
+            ms: number | null;
+            /**
+             * Format: uint64
+             * @description Its own rays.
+             */
+            rays: number;
+            /** @description Their 95 % interval. */
+            rays_ci: number[];
         };
         /** @description States of an effect. */
         EffectState: "on" | "removed" | "off";
@@ -1866,34 +1878,6 @@ export interface components {
              */
             unproved_pixels?: number;
         };
-        /** @description Estimate of an effect. */
-        Estimated: {
-            /**
-             * Format: double
-             * @description Milliseconds of wall time on all threads. Null if its time is part of other effects' rays.
-             */
-            ms: number | null;
-            /**
-             * Format: uint64
-             * @description Its own rays.
-             */
-            rays: number;
-            /** @description Their 95 % interval. */
-            rays_ci: number[];
-        };
-        /** @description What a picture with some settings should take. */
-        Estimated2: {
-            /** @description Depth of the recursion. */
-            depth: components["schemas"]["Depth"];
-            /** @description Rays and milliseconds. */
-            estimate: components["schemas"]["Estimate"] | null;
-            /** @description The id of the picture, if it has one. */
-            image_id: string | null;
-            /** @description The settings. */
-            settings: {
-                [key: string]: unknown;
-            };
-        };
         /** @description Error of sampling, estimated from the samples themselves. */
         EstimatedError: {
             /**
@@ -1913,24 +1897,82 @@ export interface components {
             /** @description In the mode `statistical`: whether the target was reached. */
             target?: components["schemas"]["SamplingTarget"] | null;
         };
+        ExampleEntry: {
+            /** @description What it shows, in a sentence. */
+            about: string;
+            /** @description Where its text is. */
+            href: string;
+            /** @description Its id, two words. */
+            id: string;
+            title: string;
+        };
         /** @description Scenes to begin with. */
         Examples: {
-            examples: components["schemas"]["Listed"][];
+            examples: components["schemas"]["ExampleEntry"][];
         };
         /** @description The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings. */
-        Explained: components["schemas"]["Analyzed"] | components["schemas"]["Plan"] | components["schemas"]["Several"];
+        ExplainAnswer: components["schemas"]["Analyzed"] | components["schemas"]["Plan"] | components["schemas"]["SettingsEstimates"];
         /** @description How a light fades with the distance d. */
         Falloff: "none" | {
             linear: components["schemas"]["LinearFalloff"];
         } | "inverse_square" | {
             windowed: components["schemas"]["WindowedFalloff"];
         };
-        /** @description How light gets from everywhere to surfaces. */
-        Fidelity: "fast" | "faithful";
+        /** @description Seconds of one slot. */
+        FarmBacklog: {
+            /**
+             * Format: double
+             * @description Jobs of low priority.
+             */
+            bulk: number;
+            /**
+             * Format: double
+             * @description Renders that somebody waits for.
+             */
+            hi: number;
+            /**
+             * Format: double
+             * @description Jobs.
+             */
+            norm: number;
+        };
+        /** @description What has gone wrong. */
+        FarmFaults: {
+            /**
+             * Format: uint64
+             * @description What the broker has refused, such as missing permissions.
+             */
+            broker_errors: number;
+            /**
+             * Format: uint64
+             * @description Pieces that were given up; their jobs have failed.
+             */
+            dead_letters: number;
+            /**
+             * Format: uint64
+             * @description Tiles of which two nodes have made different pixels.
+             */
+            determinism_alarms: number;
+            /**
+             * Format: uint64
+             * @description How often the broker had no room for more work.
+             */
+            queue_full: number;
+            /**
+             * Format: uint64
+             * @description Slow pieces that a second node rendered, too.
+             */
+            rendered_twice: number;
+            /**
+             * Format: uint64
+             * @description Pieces that were lost, as when a node ends, and were sent again.
+             */
+            sent_again: number;
+        };
         /** @description The farm in figures. */
-        Figures: {
+        FarmFigures: {
             /** @description Seconds of one slot that the work takes which this front has for nodes, by how urgent it is. */
-            backlog_seconds: components["schemas"]["Backlog"];
+            backlog_seconds: components["schemas"]["FarmBacklog"];
             /**
              * Format: uint32
              * @description Pieces that nodes render now.
@@ -1939,19 +1981,112 @@ export interface components {
             /** @description Whether the service reaches the broker now. */
             connected: boolean;
             /** @description What the nodes there are have done. */
-            done: components["schemas"]["Done"];
+            done: components["schemas"]["FarmWorkDone"];
             /** @description Each node. Null without the scope `admin`. */
-            each: components["schemas"]["Node"][] | null;
+            each: components["schemas"]["FarmNode"][] | null;
             /** @description Nodes by how they are. */
-            nodes: components["schemas"]["Nodes"];
+            nodes: components["schemas"]["FarmNodeCounts"];
             /**
              * Format: uint32
              * @description Pieces that nodes which take work can render at one time.
              */
             slots: number;
             /** @description What has gone wrong since this front was started. */
-            trouble: components["schemas"]["Trouble"];
+            trouble: components["schemas"]["FarmFaults"];
         };
+        /** @description A node. */
+        FarmNode: {
+            /**
+             * Format: uint32
+             * @description Pieces it renders now.
+             */
+            busy: number;
+            /**
+             * Format: uint64
+             * @description Pieces that failed.
+             */
+            failures: number;
+            /** @description Id of its process. */
+            id: string;
+            /** @description What people call it. */
+            name: string;
+            /**
+             * Format: uint64
+             * @description Pieces it has done.
+             */
+            pieces: number;
+            /** @description Why it is so. */
+            reason: string | null;
+            /** @description Whether it renders the same pixels as this front. Only then it gets work of this front. */
+            same_renderer: boolean;
+            /**
+             * Format: uint32
+             * @description Pieces it renders at one time.
+             */
+            slots: number;
+            /**
+             * Format: uint64
+             * @description Seconds since it was started.
+             */
+            started_s: number;
+            /** @description How it is. */
+            state: components["schemas"]["NodeState"];
+            /**
+             * Format: uint64
+             * @description Tiles in them.
+             */
+            tiles: number;
+            /** @description The program's version. */
+            version: string;
+        };
+        /** @description Nodes by how they are. */
+        FarmNodeCounts: {
+            /**
+             * Format: uint32
+             * @description They finish what they have, and end.
+             */
+            draining: number;
+            /**
+             * Format: uint32
+             * @description They take no work, since they do not trust themselves.
+             */
+            excluded: number;
+            /**
+             * Format: uint32
+             * @description They take work.
+             */
+            ready: number;
+        };
+        /** @description The farm, if there is one. */
+        FarmStatus: {
+            /** @description Null: the service renders itself. */
+            farm: components["schemas"]["FarmFigures"] | null;
+        };
+        /** @description What nodes have done since they were started. */
+        FarmWorkDone: {
+            /**
+             * Format: double
+             * @description Seconds that slots have rendered.
+             */
+            busy_seconds: number;
+            /**
+             * Format: uint64
+             * @description Pieces that failed.
+             */
+            failures: number;
+            /**
+             * Format: uint64
+             * @description Pieces of work.
+             */
+            pieces: number;
+            /**
+             * Format: uint64
+             * @description Tiles in them.
+             */
+            tiles: number;
+        };
+        /** @description How light gets from everywhere to surfaces. */
+        Fidelity: "fast" | "faithful";
         /** @description How the light of a picture becomes the colors of its file. Light itself does not change, nor what is proved about it. */
         Film: {
             /**
@@ -2596,6 +2731,37 @@ export interface components {
              */
             width: number;
         };
+        /** @description The tenant of a key. */
+        KeyInfo: {
+            /**
+             * Format: uint64
+             * @description Bytes of the assets that it has sent.
+             */
+            asset_bytes: number;
+            /**
+             * Format: uint32
+             * @description Waiting and running jobs that it may have.
+             */
+            most_jobs: number;
+            /**
+             * Format: uint32
+             * @description Event streams that it may have open.
+             */
+            most_streams: number;
+            /** @description Whether the service asks for keys. Without them everybody is the same tenant. */
+            needs_keys: boolean;
+            /** @description What the key may do. */
+            scopes: components["schemas"]["Scope"][];
+            /** @description Its name. */
+            tenant: string;
+            /** @description What is left of the units of a minute. Null: unlimited. */
+            units: components["schemas"]["RateLimitUnits"] | null;
+            /**
+             * Format: uint32
+             * @description The tenant's share of the renderer beside others.
+             */
+            weight: number;
+        };
         /** @description A stored scene. */
         KnownScene: {
             /** @description Estimated rays and milliseconds of its picture. */
@@ -2624,19 +2790,6 @@ export interface components {
              */
             zoom: number;
         };
-        /** @description A lane of the scheduler. */
-        Lane: {
-            /**
-             * Format: uint
-             * @description How many are worked on, in turn.
-             */
-            running: number;
-            /**
-             * Format: uint
-             * @description How many wait.
-             */
-            waiting: number;
-        };
         /** @description Light sources. */
         Light: {
             point: components["schemas"]["PointLight"];
@@ -2662,15 +2815,6 @@ export interface components {
              * @description Distance at which the light is gone, above 0.
              */
             reach: number;
-        };
-        Listed: {
-            /** @description What it shows, in a sentence. */
-            about: string;
-            /** @description Where its text is. */
-            href: string;
-            /** @description Its id, two words. */
-            id: string;
-            title: string;
         };
         /** @description Mapping of a picture to a surface. */
         Mapping: "uv" | {
@@ -2758,37 +2902,6 @@ export interface components {
              */
             transmission?: components["schemas"]["Color"];
         };
-        /** @description The tenant of a key. */
-        Me: {
-            /**
-             * Format: uint64
-             * @description Bytes of the assets that it has sent.
-             */
-            asset_bytes: number;
-            /**
-             * Format: uint32
-             * @description Waiting and running jobs that it may have.
-             */
-            most_jobs: number;
-            /**
-             * Format: uint32
-             * @description Event streams that it may have open.
-             */
-            most_streams: number;
-            /** @description Whether the service asks for keys. Without them everybody is the same tenant. */
-            needs_keys: boolean;
-            /** @description What the key may do. */
-            scopes: components["schemas"]["Scope"][];
-            /** @description Its name. */
-            tenant: string;
-            /** @description What is left of the units of a minute. Null: unlimited. */
-            units: components["schemas"]["Units"] | null;
-            /**
-             * Format: uint32
-             * @description The tenant's share of the renderer beside others.
-             */
-            weight: number;
-        };
         /** @description Errors of one picture, kept apart by where they come from. None: there was no reference to measure against. */
         MeasuredErrors: {
             /** @description Of too few samples: of the reference with the same samples against that with 64. */
@@ -2821,16 +2934,6 @@ export interface components {
             /** @description The points. */
             vertices: number[][];
         };
-        /** @description A capability. */
-        Minted: {
-            /**
-             * Format: uint64
-             * @description When it expires, in seconds since 1970.
-             */
-            expires: number;
-            /** @description Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`. */
-            prefix: string;
-        };
         /** @description Assets that have to be sent. */
         MissingAssets: {
             /** @description Their SHA-256 in hexadecimal digits. */
@@ -2845,71 +2948,10 @@ export interface components {
             /** @description Moved by. */
             translate?: number[] | null;
         };
-        /** @description A node. */
-        Node: {
-            /**
-             * Format: uint32
-             * @description Pieces it renders now.
-             */
-            busy: number;
-            /**
-             * Format: uint64
-             * @description Pieces that failed.
-             */
-            failures: number;
-            /** @description Id of its process. */
-            id: string;
-            /** @description What people call it. */
-            name: string;
-            /**
-             * Format: uint64
-             * @description Pieces it has done.
-             */
-            pieces: number;
-            /** @description Why it is so. */
-            reason: string | null;
-            /** @description Whether it renders the same pixels as this front. Only then it gets work of this front. */
-            same_renderer: boolean;
-            /**
-             * Format: uint32
-             * @description Pieces it renders at one time.
-             */
-            slots: number;
-            /**
-             * Format: uint64
-             * @description Seconds since it was started.
-             */
-            started_s: number;
-            /** @description How it is. */
-            state: components["schemas"]["NodeState"];
-            /**
-             * Format: uint64
-             * @description Tiles in them.
-             */
-            tiles: number;
-            /** @description The program's version. */
-            version: string;
-        };
+        /** @description One of several in a file: its place, from 0, or its name. */
+        NameOrIndex: number | string;
         /** @description How a node is. */
         NodeState: "ready" | "draining" | "excluded";
-        /** @description Nodes by how they are. */
-        Nodes: {
-            /**
-             * Format: uint32
-             * @description They finish what they have, and end.
-             */
-            draining: number;
-            /**
-             * Format: uint32
-             * @description They take no work, since they do not trust themselves.
-             */
-            excluded: number;
-            /**
-             * Format: uint32
-             * @description They take work.
-             */
-            ready: number;
-        };
         /** @description Clouds between two colors: Perlin's gradient noise (2002) in object space. Each octave has half the size and half the strength of the one before. */
         Noise: {
             /** @description Color where the noise is lowest. */
@@ -3160,13 +3202,6 @@ export interface components {
              * @description Pixels across, in place of the scene's.
              */
             width?: number;
-        };
-        /** @description Two pictures. */
-        Pair: {
-            /** @description The one that is compared with, as a reference is. */
-            a: components["schemas"]["Side"];
-            /** @description The other. */
-            b: components["schemas"]["Side"];
         };
         /** @description Equirectangular panorama. */
         PanoramaCamera: {
@@ -3471,7 +3506,7 @@ export interface components {
         /** @description A model that another program has written: glTF, OBJ, STL or PLY. Its meshes and materials are in its file; camera, lights and floor are the scene's. */
         PlacedModel: {
             /** @description Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest. */
-            animation?: components["schemas"]["Which"] | null;
+            animation?: components["schemas"]["NameOrIndex"] | null;
             /** @description The file: `sha256:` and the digits of an asset, or the name of a file. It is whole, without other parts. */
             asset: string;
             /** @description Materials in place of its own, by their names in the file. */
@@ -3500,7 +3535,7 @@ export interface components {
             /** @description Which axis of it is up. Default: z for STL, y for all else. */
             up?: components["schemas"]["UpAxis"] | null;
             /** @description Which of its variants of materials, by its place from 0 or its name. */
-            variant?: components["schemas"]["Which"] | null;
+            variant?: components["schemas"]["NameOrIndex"] | null;
         };
         /** @description The plan of a scene. */
         Plan: {
@@ -3519,7 +3554,7 @@ export interface components {
             kernel: string;
             /** @description Hash of all that selects machine code: kernel, precision, instruction set, version. */
             kernel_hash: string;
-            /** @description Effects that this renderer never simulates. */
+            /** @description Effects of light that no ray of the picture simulates. */
             not_simulated: string[];
             /**
              * Format: double
@@ -3691,19 +3726,25 @@ export interface components {
             /** @description The corners, in order around it. */
             vertices: number[][];
         };
-        /** @description A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are. */
-        Questions: {
-            /** @description The rays. */
-            rays: components["schemas"]["RayQuery"][];
-            /** @description The scene. */
-            scene: components["schemas"]["Scene"];
+        /** @description A lane of the scheduler. */
+        QueueLane: {
+            /**
+             * Format: uint
+             * @description How many are worked on, in turn.
+             */
+            running: number;
+            /**
+             * Format: uint
+             * @description How many wait.
+             */
+            waiting: number;
         };
         /** @description Who has the renderer and waits for it. */
-        Queued: {
+        QueueStatus: {
             /** @description Jobs. */
-            jobs: components["schemas"]["Lane"];
+            jobs: components["schemas"]["QueueLane"];
             /** @description Requests for pictures and answers. */
-            renders: components["schemas"]["Lane"];
+            renders: components["schemas"]["QueueLane"];
             /**
              * Format: uint32
              * @description Seconds until a request that comes now should have its turn, at the pace of the last ones.
@@ -3715,7 +3756,25 @@ export interface components {
              */
             threads: number;
             /** @description Requests for tiles. */
-            tiles: components["schemas"]["Lane"];
+            tiles: components["schemas"]["QueueLane"];
+        };
+        /** @description Units of cost: one for each request, and one for each million rays. */
+        RateLimitUnits: {
+            /**
+             * Format: uint32
+             * @description Seconds until all are there again.
+             */
+            full_in_s: number;
+            /**
+             * Format: uint32
+             * @description Units that are left.
+             */
+            left: number;
+            /**
+             * Format: uint32
+             * @description Units in a minute.
+             */
+            per_minute: number;
         };
         /** @description What a ray hits. */
         RayAnswer: {
@@ -3750,6 +3809,11 @@ export interface components {
             /** @description Unit direction of the transmitted ray; `None` if the body is opaque or all is reflected. */
             transmitted?: number[] | null;
         };
+        /** @description What the rays hit, in their order. */
+        RayAnswers: {
+            /** @description One for each ray. */
+            answers: components["schemas"]["RayAnswer"][];
+        };
         /** @description Rays by kind. */
         RayCounts: {
             /** Format: uint64 */
@@ -3761,7 +3825,7 @@ export interface components {
             dropped: number;
             /**
              * Format: uint64
-             * @description Rays from diffuse surfaces, for color bleeding and for light that is traced.
+             * @description Rays from diffuse surfaces, for color bleeding and global illumination.
              */
             gathered: number;
             /** Format: uint64 */
@@ -3784,6 +3848,13 @@ export interface components {
         };
         /** @description Whitted's kinds of rays that are followed. */
         RayKind: ("camera" | "reflected" | "transmitted") | "gathered";
+        /** @description A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are. */
+        RayQueries: {
+            /** @description The rays. */
+            rays: components["schemas"]["RayQuery"][];
+            /** @description The scene. */
+            scene: components["schemas"]["Scene"];
+        };
         /** @description A ray; `t` counts in units of `direction`, which is taken as given. */
         RayQuery: {
             /** @description Direction, any length but 0 and what is next to it: one coordinate is 1e-290 or more. */
@@ -3805,6 +3876,13 @@ export interface components {
         };
         /** @description Every ray of one pixel. */
         RayTree: {
+            /** @description The 8-bit codes that the picture shows for the value, with its exposure and tone. */
+            codes: number[];
+            /**
+             * Format: uint8
+             * @description How many codes these are off at most, for what the contributions lack; 255 if nothing bounds that.
+             */
+            codes_off: number;
             /** @description R: at most so much the contributions lack, for rays that were not followed and lights that were not asked for. */
             lacking: number[];
             /** @description Column and row of the pixel. */
@@ -3953,7 +4031,7 @@ export interface components {
             precision?: components["schemas"]["Precision"];
             /**
              * Format: uint32
-             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all.
+             * @description Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an area, rough surfaces, a lens, motion, dispersion, color bleeding, global illumination) each pixel then gets 8 to 256, until it is likely within 1.5 codes of the mean of all.
              */
             samples?: number | null;
             /**
@@ -4421,27 +4499,28 @@ export interface components {
             /** @description Warnings about the frames, each once. */
             warnings: components["schemas"]["SceneProblem"][];
         };
+        /** @description What a picture with some settings should take. */
+        SettingEstimate: {
+            /** @description Depth of the recursion. */
+            depth: components["schemas"]["Depth"];
+            /** @description Rays and milliseconds. */
+            estimate: components["schemas"]["Estimate"] | null;
+            /** @description The id of the picture, if it has one. */
+            image_id: string | null;
+            /** @description The settings. */
+            settings: {
+                [key: string]: unknown;
+            };
+        };
         /** @description The estimates of several settings. */
-        Several: {
+        SettingsEstimates: {
             /** @description One for each of the settings, in their order. */
-            estimates: components["schemas"]["Estimated2"][];
+            estimates: components["schemas"]["SettingEstimate"][];
             /** @description The plan of the scene as it is. */
             plan: components["schemas"]["Plan"];
         };
         /** @description How shadow rays treat bodies. */
         Shadows: "opaque" | "transmissive" | "none";
-        /** @description An image id, or a scene with settings. */
-        Side: {
-            /** @description An image id. */
-            image?: string | null;
-            /**
-             * @description A scene.
-             * @default null
-             */
-            scene?: components["schemas"]["Scene"];
-            /** @description Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`. */
-            settings?: components["schemas"]["Overrides"];
-        };
         /** @description A sky: its color changes from the horizon to the zenith. Below the horizon is ground of one color. */
         Sky: {
             /**
@@ -4975,7 +5054,7 @@ export interface components {
             kind: components["schemas"]["TreeRayKind"];
             /**
              * Format: uint
-             * @description For shadow rays: the light's number.
+             * @description For shadow rays: the number of the light in `lights` of the scene, from 0.
              */
             light?: number | null;
             /** @description The media it is in, the one that decides first; empty space around all is not listed. */
@@ -5010,39 +5089,6 @@ export interface components {
             /** @description The corners. */
             vertices: number[][];
         };
-        /** @description What has gone wrong. */
-        Trouble: {
-            /**
-             * Format: uint64
-             * @description What the broker has refused, such as missing permissions.
-             */
-            broker_errors: number;
-            /**
-             * Format: uint64
-             * @description Pieces that were given up; their jobs have failed.
-             */
-            dead_letters: number;
-            /**
-             * Format: uint64
-             * @description Tiles of which two nodes have made different pixels.
-             */
-            determinism_alarms: number;
-            /**
-             * Format: uint64
-             * @description How often the broker had no room for more work.
-             */
-            queue_full: number;
-            /**
-             * Format: uint64
-             * @description Slow pieces that a second node rendered, too.
-             */
-            rendered_twice: number;
-            /**
-             * Format: uint64
-             * @description Pieces that were lost, as when a node ends, and were sent again.
-             */
-            sent_again: number;
-        };
         /**
          * @description The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at the whole angle,
          *     so 360 degrees can be shown again and again. Lights stay with the scene.
@@ -5058,24 +5104,6 @@ export interface components {
              * @default 360
              */
             degrees?: number;
-        };
-        /** @description Units of cost: one for each request, and one for each million rays. */
-        Units: {
-            /**
-             * Format: uint32
-             * @description Seconds until all are there again.
-             */
-            full_in_s: number;
-            /**
-             * Format: uint32
-             * @description Units that are left.
-             */
-            left: number;
-            /**
-             * Format: uint32
-             * @description Units in a minute.
-             */
-            per_minute: number;
         };
         /**
          * @description An axis that is up.
@@ -5108,7 +5136,7 @@ export interface components {
             scale?: number[];
         };
         /** @description The answer about a valid scene. */
-        Valid: {
+        ValidationResult: {
             /** @description True. The answer about an invalid scene is a problem. */
             valid: boolean;
             /** @description Warnings about the scene. */
@@ -5138,32 +5166,11 @@ export interface components {
             /** @description The program's version. */
             version: string;
         };
-        /** @description What a capability is for: a job, a picture or a scene. */
-        Wanted: {
-            /** @description Id of a picture. */
-            image_id?: string | null;
-            /** @description Id of a job. */
-            job_id?: string | null;
-            /** @description Id of a scene, whose text is to be read. */
-            scene_id?: string | null;
-            /**
-             * Format: uint64
-             * @description Lifetime in seconds, 3600 by default.
-             */
-            ttl?: number | null;
-        };
-        /** @description Assets that somebody needs. */
-        WantedAssets: {
-            /** @description Their SHA-256 in hexadecimal digits, with or without `sha256:` before them. */
-            sha256: string[];
-        };
         /** @description A receiver that hears how a job ends. */
         WebhookRequest: {
             /** @description Where the message is posted, an address of the public network. */
             url: string;
         };
-        /** @description One of several in a file: its place, from 0, or its name. */
-        Which: number | string;
         /** @description Parameters of the windowed falloff. */
         WindowedFalloff: {
             /**
@@ -5774,7 +5781,7 @@ export interface operations {
         /** @description The hashes */
         requestBody: {
             content: {
-                "application/json": components["schemas"]["WantedAssets"];
+                "application/json": components["schemas"]["AssetHashes"];
             };
         };
         responses: {
@@ -5908,7 +5915,7 @@ export interface operations {
         /** @description What it is for */
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Wanted"];
+                "application/json": components["schemas"]["CapabilityRequest"];
             };
         };
         responses: {
@@ -5918,7 +5925,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Minted"];
+                    "application/json": components["schemas"]["Capability"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -5940,7 +5947,7 @@ export interface operations {
         /** @description The pictures */
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Pair"];
+                "application/json": components["schemas"]["CompareRequest"];
             };
         };
         responses: {
@@ -6139,7 +6146,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Explained"];
+                    "application/json": components["schemas"]["ExplainAnswer"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -6161,7 +6168,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Answer"];
+                    "application/json": components["schemas"]["FarmStatus"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -6240,7 +6247,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Explained"];
+                    "application/json": components["schemas"]["ExplainAnswer"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -7019,7 +7026,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Me"];
+                    "application/json": components["schemas"]["KeyInfo"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -7041,7 +7048,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Queued"];
+                    "application/json": components["schemas"]["QueueStatus"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -7105,7 +7112,7 @@ export interface operations {
         /** @description The scene and the rays */
         requestBody: {
             content: {
-                "application/json": components["schemas"]["Questions"];
+                "application/json": components["schemas"]["RayQueries"];
             };
         };
         responses: {
@@ -7117,7 +7124,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Answers"];
+                    "application/json": components["schemas"]["RayAnswers"];
                 };
             };
             "4XX": components["responses"]["Problem"];
@@ -7488,7 +7495,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Valid"];
+                    "application/json": components["schemas"]["ValidationResult"];
                 };
             };
             "4XX": components["responses"]["Problem"];

@@ -31,7 +31,7 @@ def test_answers_have_the_keys_of_their_types(service):
         (job.view, contract.JobView), (job.view["progress"], contract.JobProgress), (job.view["report"], contract.CostReport),
         (plan, contract.Analyzed), (client.explain(SCENE), contract.Plan), (client.tree(SCENE, 20, 16), contract.RayTree),
         (client.add_scene(SCENE), contract.KnownScene), (client.limits(), contract.AllLimits), (client.version(), contract.Version),
-        (client.compare(SCENE, SCENE), contract.PictureDifference), (client.me(), contract.Me), (client.queue(), contract.Queued),
+        (client.compare(SCENE, SCENE), contract.PictureDifference), (client.me(), contract.KeyInfo), (client.queue(), contract.QueueStatus),
         (client.tradeoff(SCENE, seconds=1), contract.Tradeoff),
     ]:
         known, required = keys_of(of)

@@ -231,10 +231,10 @@ fn pattern(pattern: &Pattern) -> Rgb {
 
 /// The most that rays see which hit nothing, and the fog in between.
 fn background<R: Real>(world: &World<R>) -> Rgb {
-    let mut most = wide(world.background);
-    if let Some(environment) = &world.environment {
-        most = most.max(Rgb::from_array(environment.mipmap.brightest()) * environment.intensity);
-    }
+    // An environment stands in place of the background.
+    let mut most = world.environment.as_ref().map_or(wide(world.background), |environment| {
+        Rgb::from_array(environment.mipmap.brightest()) * environment.intensity
+    });
     if let Some(fog) = &world.fog {
         most = most.max(wide(fog.color));
     }

@@ -29,8 +29,7 @@ pub(super) fn seen_around(description: &Description, pictures: &Pictures) -> (Rg
         Some(color) => (Rgb::from_array(color) * *intensity, None),
         None => {
             let environment = Environment { mipmap, turn: rotate_deg / 360.0, intensity: *intensity };
-            // It stands in place of the background.
-            (Rgb::ZERO, Some(environment))
+            (description.background.0, Some(environment))
         }
     }
 }

@@ -126,3 +126,34 @@ fn cylinder() {
         looks(&camera, [x, 1], EYE, toward(cos, sin, -0.5));
     }
 }
+
+#[test]
+fn an_eye_on_a_face_does_not_see_it() {
+    let eye = [1.0, 0.5, 0.5];
+    let (a, b, c) = ([2, 0, 0], [0, 2, 0], [0, 0, 2]);
+    let on_plane = [
+        json!({ "triangle": { "vertices": [a, b, c] } }),
+        json!({ "quad": { "vertices": [a, b, [-2, 2, 2], c] } }),
+        json!({ "polygon": { "vertices": [a, b, [-2, 2, 2], c] } }),
+        json!({ "mesh": { "vertices": [a, b, c, [-2, 2, 2]], "faces": [[0, 1, 2], [2, 1, 3]] } }),
+        // From its wall outwards.
+        json!({ "cylinder": { "base": [1, -3, -1], "top": [1, 3, -1], "radius": 1.5 } }),
+    ];
+    let mut random = uniform(7);
+    for object in on_plane {
+        let outwards = object.get("cylinder").is_some();
+        let camera = json!({ "pinhole": { "eye": eye, "look_at": [1.3, 0.6, 2.5], "vfov_deg": if outwards { 60 } else { 120 } } });
+        let more = json!({ "camera": camera, "image": { "width": 24, "height": 24 }, "background": 0.25 });
+        for World { scene, .. } in &worlds(json!([object]), more) {
+            let picture = render(scene, Region::whole(24, 24), &Control::default()).unwrap();
+            let seen = picture.film.pixels.iter().filter(|pixel| **pixel != [0.25; 3]).count();
+            assert_eq!((seen, picture.rays.camera_hits), (0, 0), "{object}");
+            for _ in 0..1_000 {
+                let direction =
+                    [random() - 0.5, random() - 0.5, if outwards { 1.0 + random() } else { random() - 0.5 }];
+                let found = answer(scene, &ray(eye, direction)).at;
+                assert!(found.is_none(), "{object} along {direction:?}: {found:?}");
+            }
+        }
+    }
+}

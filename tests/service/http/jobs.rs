@@ -114,6 +114,25 @@ fn looking_brings_tiles_forward() {
     service.send("POST", &format!("/v1/jobs/{id}/cancel"), &[], b"");
 }
 
+/// A part with as many rays for itself would be another picture.
+#[test]
+fn so_are_they_where_a_number_of_rays_or_a_time_has_ended_it() {
+    let service = Service::start(&[]);
+    for (accuracy, format) in [("rays:20000", "png"), ("time:30", "png"), ("rays:20000", "pfm"), ("time:30", "webp")] {
+        let rest = format!(
+            r#""settings": {{ "width": 120, "height": 90, "accuracy": "{accuracy}" }}, "output": {{ "format": "{format}" }}"#
+        );
+        let id = submit(&service, &mirrors(), &rest);
+        succeeded(&service, &id);
+        let part = service.get(&format!("/v1/jobs/{id}/tile?x=33&y=20&w=40&h=30")).picture().to_rgb8();
+        let all = service.get(&format!("/v1/jobs/{id}/tile?x=0&y=0&w=120&h=90")).picture().to_rgb8();
+        assert_eq!(part, all.view(33, 20, 40, 30).to_image(), "{accuracy}, {format}");
+        if format != "pfm" {
+            assert_eq!(all, service.get(&format!("/v1/jobs/{id}/image")).picture().to_rgb8(), "{accuracy}, {format}");
+        }
+    }
+}
+
 #[test]
 fn the_tiles_of_a_job_are_its_picture() {
     let service = Service::start(&[]);

@@ -1,5 +1,6 @@
 //! A picture that streams: `Accept: multipart/mixed`.
 
+use super::operations::{get, number, with_admin};
 use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
 use serde_json::{Value, json};
@@ -156,4 +157,20 @@ fn a_client_that_does_not_read_holds_up_nobody() {
     // What it missed are passes.
     let all = parts(&Answer::read(lazy));
     assert!(all[all.len() - 2].1 == service.post_json(path, BALL).body);
+}
+
+#[test]
+fn streams_of_the_same_picture_are_rendered_once() {
+    let path = "/v1/render?width=640&height=480&samples=4&max_depth=40";
+    let rays = |streams: usize| {
+        let (service, admin) = with_admin(&[]);
+        let pictures: Vec<Vec<u8>> = std::thread::scope(|scope| {
+            let asked: Vec<_> = (0..streams).map(|_| scope.spawn(|| stream(&service, path, SLOW))).collect();
+            asked.into_iter().map(|asked| asked.join().unwrap().pop().unwrap().1).collect()
+        });
+        assert!(pictures.iter().all(|picture| *picture == pictures[0]), "the same bytes");
+        number(&get(admin, "/metrics").text(), "strahl_rays_total{lane=\"renders\"}")
+    };
+    let [one, three] = [1, 3].map(rays);
+    assert!(three < 1.5 * one, "{three} rays for three clients, {one} for one");
 }

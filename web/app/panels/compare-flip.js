@@ -1,7 +1,7 @@
 // FLIP (Andersson et al. 2020) of a comparison, as a number and as a map: the service has it.
 import { html, useEffect, useState } from "../../vendor/preact.js";
 import { ask, askJson, patiently } from "../api.js";
-import { readPfm } from "../pfm.js";
+import { readPfm } from "./pfm.js";
 import { colored } from "../ramps.js";
 import { other, origin } from "../state.js";
 import { Button } from "../ui.js";

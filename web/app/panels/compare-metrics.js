@@ -48,7 +48,7 @@ export function difference(a, b, gain) {
 /** 4,096 codes of linear light from 0 to 1: sRGB (IEC 61966-2-1). */
 const CURVE = Uint8ClampedArray.from({ length: 4097 }, (_, i) => Math.floor(255 * encoded(i / 4096) + 0.5));
 
-/** Linear light at an exposure, in stops, as pixels. @param {import("../pfm.js").Floats} floats @param {number} stops */
+/** Linear light at an exposure, in stops, as pixels. @param {import("./pfm.js").Floats} floats @param {number} stops */
 export function exposed({ values, channels }, stops) {
   const factor = 4096 * 2 ** stops;
   const pixels = new Uint8ClampedArray((values.length / channels) * 4).fill(255);

@@ -1,7 +1,7 @@
 // The two pictures of a comparison: asks for B, keeps the numbers of both, and measures how far they are apart.
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { Problem, ask, patiently, pause, render } from "../api.js";
-import { readPfm } from "../pfm.js";
+import { readPfm } from "./pfm.js";
 import { bitmaps, connection, origin, other, otherAsked, panel, reference, settings, shown, text, version } from "../state.js";
 import { difference, exposed, measure } from "./compare-metrics.js";
 
@@ -132,7 +132,7 @@ export const putMap = (map) => draw({ difference: map });
 /** @param {Uint8ClampedArray<ArrayBuffer>} pixels @param {number} width @param {number} height */
 export const bitmapOf = (pixels, width, height) => createImageBitmap(new ImageData(pixels, width, height));
 
-/** @type {{ of: string, a: import("../pfm.js").Floats, b: import("../pfm.js").Floats } | null} */
+/** @type {{ of: string, a: import("./pfm.js").Floats, b: import("./pfm.js").Floats } | null} */
 let floats = null;
 
 /** @param {number} stops @param {Shown} one @param {Shown} two @param {AbortSignal} signal */

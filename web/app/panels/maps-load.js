@@ -2,7 +2,7 @@
 import { batch, computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { ask, patiently, pause } from "../api.js";
 import { loadObjects, painted } from "./maps-objects.js";
-import { readPfm } from "../pfm.js";
+import { readPfm } from "./pfm.js";
 import { colored, histogram, scaleOf } from "../ramps.js";
 import { bitmaps, connection, hover, origin, panel, pixel, predicted, problems, putLayer, removeLayer, settings, size, text, version } from "../state.js";
 
@@ -40,7 +40,7 @@ export const isLogarithmic = signal(false);
 export const isClipped = signal(false);
 export const onlyPositive = signal(false);
 export const rampName = signal(/** @type {import("../ramps.js").RampName} */ ("cividis"));
-/** @typedef {{ kind: string, version: number, step: number, floats: import("../pfm.js").Floats, key: string, objects?: import("./maps-objects.js").Named[] }} Found */
+/** @typedef {{ kind: string, version: number, step: number, floats: import("./pfm.js").Floats, key: string, objects?: import("./maps-objects.js").Named[] }} Found */
 export const found = signal(/** @type {Found | null} */ (null));
 export const progress = signal(/** @type {{ word: "" | "coarse" | "whole" | "waiting" | "held" | "failed", detail: string }} */ ({ word: "", detail: "" }));
 /** Raised to ask for the whole map although it takes long, or again. */

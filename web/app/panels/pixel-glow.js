@@ -1,7 +1,7 @@
 // How much of each pixel comes from the object that the caret is in, directly, in mirrors and through glass: /v1/map?of=share.
 import { computed, effect, signal, untracked } from "../../vendor/preact.js";
 import { ask, pause } from "../api.js";
-import { readPfm } from "../pfm.js";
+import { readPfm } from "./pfm.js";
 import { caret, draft, problems, scene, size, text, version } from "../state.js";
 import { LONGEST, mapQuery, stepFor } from "./pixel-objects.js";
 

@@ -96,7 +96,7 @@ class AsyncClient:
         """The plan: effects, why, and what they should cost."""
         return await self._do(calls.explain(scene, settings))
 
-    async def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.Several:
+    async def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.SettingsEstimates:
         """The plan, and what the picture should cost with each of up to 32 settings."""
         return await self._do(calls.explain_each(scene, settings))
 
@@ -144,7 +144,7 @@ class AsyncClient:
         return await self._do(calls.image(image_id, format, {"bits": bits, "quality": quality}))
 
     async def capability(self, *, job_id: str | None = None, image_id: str | None = None, scene_id: str | None = None,
-                   ttl: int | None = None) -> contract.Minted:
+                   ttl: int | None = None) -> contract.Capability:
         """A prefix of paths with which pages can read one job, picture or scene without a key."""
         return await self._do(calls.capability(job_id, image_id, scene_id, ttl))
 
@@ -152,13 +152,13 @@ class AsyncClient:
         """The text of a stored scene as you have sent it."""
         return await self._do(calls.source(scene_id))
 
-    async def me(self) -> contract.Me:
+    async def me(self) -> contract.KeyInfo:
         """Whose key it is, what it may do, and what is left of its limits."""
-        return await self._do(calls.get("/v1/me", contract.Me))
+        return await self._do(calls.get("/v1/me", contract.KeyInfo))
 
-    async def queue(self) -> contract.Queued:
+    async def queue(self) -> contract.QueueStatus:
         """Who has the renderer and waits for it."""
-        return await self._do(calls.get("/v1/queue", contract.Queued))
+        return await self._do(calls.get("/v1/queue", contract.QueueStatus))
 
     async def limits(self) -> contract.AllLimits:
         """What a request may ask for."""

@@ -268,9 +268,9 @@ def explain(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Plan]
     return about_scene("/v1/explain", scene, _read(contract.Plan), options)
 
 
-def explain_each(scene: SceneLike, settings: Sequence[Settings]) -> Call[contract.Several]:
+def explain_each(scene: SceneLike, settings: Sequence[Settings]) -> Call[contract.SettingsEstimates]:
     body = b'{"scene":%b,"settings":%b}' % (_json_scene(scene), _json_text(list(settings)))
-    return Call("POST", "/v1/explain", _read(contract.Several), headers={"Content-Type": "application/json"}, body=body)
+    return Call("POST", "/v1/explain", _read(contract.SettingsEstimates), headers={"Content-Type": "application/json"}, body=body)
 
 
 def analyze(scene: SceneLike, options: Mapping[str, Any]) -> Call[contract.Analyzed]:
@@ -338,10 +338,10 @@ def get(path: str, of: type[T]) -> Call[T]:
     return Call("GET", path, _read(of))
 
 
-def capability(job_id: str | None, image_id: str | None, scene_id: str | None, ttl: int | None) -> Call[contract.Minted]:
+def capability(job_id: str | None, image_id: str | None, scene_id: str | None, ttl: int | None) -> Call[contract.Capability]:
     wanted = {"job_id": job_id, "image_id": image_id, "scene_id": scene_id, "ttl": ttl}
     body = json.dumps({name: value for name, value in wanted.items() if value is not None}).encode()
-    return Call("POST", "/v1/capabilities", _read(contract.Minted), headers={"Content-Type": "application/json"}, body=body)
+    return Call("POST", "/v1/capabilities", _read(contract.Capability), headers={"Content-Type": "application/json"}, body=body)
 
 
 def submit(scene: SceneLike, options: Mapping[str, Any], priority: int | None, labels: Sequence[str],

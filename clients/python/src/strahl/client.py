@@ -95,7 +95,7 @@ class Client:
         """The plan: effects, why, and what they should cost."""
         return self._do(calls.explain(scene, settings))
 
-    def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.Several:
+    def explain_each(self, scene: SceneLike, settings: Sequence[Settings]) -> contract.SettingsEstimates:
         """The plan, and what the picture should cost with each of up to 32 settings."""
         return self._do(calls.explain_each(scene, settings))
 
@@ -143,7 +143,7 @@ class Client:
         return self._do(calls.image(image_id, format, {"bits": bits, "quality": quality}))
 
     def capability(self, *, job_id: str | None = None, image_id: str | None = None, scene_id: str | None = None,
-                   ttl: int | None = None) -> contract.Minted:
+                   ttl: int | None = None) -> contract.Capability:
         """A prefix of paths with which pages can read one job, picture or scene without a key."""
         return self._do(calls.capability(job_id, image_id, scene_id, ttl))
 
@@ -151,13 +151,13 @@ class Client:
         """The text of a stored scene as you have sent it."""
         return self._do(calls.source(scene_id))
 
-    def me(self) -> contract.Me:
+    def me(self) -> contract.KeyInfo:
         """Whose key it is, what it may do, and what is left of its limits."""
-        return self._do(calls.get("/v1/me", contract.Me))
+        return self._do(calls.get("/v1/me", contract.KeyInfo))
 
-    def queue(self) -> contract.Queued:
+    def queue(self) -> contract.QueueStatus:
         """Who has the renderer and waits for it."""
-        return self._do(calls.get("/v1/queue", contract.Queued))
+        return self._do(calls.get("/v1/queue", contract.QueueStatus))
 
     def limits(self) -> contract.AllLimits:
         """What a request may ask for."""

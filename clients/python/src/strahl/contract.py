@@ -8,21 +8,6 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 Accuracy: TypeAlias = "dict[Literal['fixed'], Fixed] | dict[Literal['proved'], Proved] | dict[Literal['time'], Time] | dict[Literal['rays'], Rays] | dict[Literal['statistical'], Statistical]"
 
 
-class Actual(TypedDict):
-    """Actual cost of an effect."""
-
-    # The same as `share_ms`, under its former name.
-    ms_estimated: float | None
-    # Its own rays, counted.
-    rays: int
-    # Milliseconds that the picture would save without this one effect, measured by a pilot without it. Below 0 if
-    # it would take longer. Null if the effect is off, or cannot be left out alone.
-    saves_ms: float | None
-    # Milliseconds that its own rays took: their number times what rays of their kind took in the pilot. Null if its
-    # time is part of other effects' rays.
-    share_ms: float | None
-
-
 class AdaptiveSamples(TypedDict):
     """How many samples the pixels asked for."""
 
@@ -70,7 +55,7 @@ class Analyzed(TypedDict):
     kernel: str
     # Hash of all that selects machine code: kernel, precision, instruction set, version.
     kernel_hash: str
-    # Effects that this renderer never simulates.
+    # Effects of light that no ray of the picture simulates.
     not_simulated: list[str]
     # Most primitives that lie around one point. A ray may take as many steps there, which the estimate does not
     # include.
@@ -90,23 +75,16 @@ class AngularArea(TypedDict):
     angle_deg: float
 
 
-class Answer(TypedDict):
-    """The farm, if there is one."""
-
-    # Null: the service renders itself.
-    farm: Figures | None
-
-
-class Answers(TypedDict):
-    """What the rays hit, in their order."""
-
-    # One for each ray.
-    answers: list[RayAnswer]
-
-
 # Areas that light comes from, each point of them with the same share of its intensity, with no regard to the
 # angle it leaves at.
 Area: TypeAlias = "dict[Literal['disc'], DiscArea] | dict[Literal['parallelogram'], ParallelogramArea]"
+
+
+class AssetHashes(TypedDict):
+    """Assets that somebody needs."""
+
+    # Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
+    sha256: list[str]
 
 
 class Attenuation(TypedDict):
@@ -135,17 +113,6 @@ class AxisBox(TypedDict):
     min: list[float]
     # A name, for people; answers and ray trees repeat it. At most 256 bytes.
     name: NotRequired[str | None]
-
-
-class Backlog(TypedDict):
-    """Seconds of one slot."""
-
-    # Jobs of low priority.
-    bulk: float
-    # Renders that somebody waits for.
-    hi: float
-    # Jobs.
-    norm: float
 
 
 class Bump(TypedDict):
@@ -191,6 +158,28 @@ class CameraKey(TypedDict):
     up: NotRequired[list[float] | None]
     # Vertical angle of view of cameras that have one.
     vfov_deg: NotRequired[float | None]
+
+
+class Capability(TypedDict):
+    """A capability."""
+
+    # When it expires, in seconds since 1970.
+    expires: int
+    # Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
+    prefix: str
+
+
+class CapabilityRequest(TypedDict):
+    """What a capability is for: a job, a picture or a scene."""
+
+    # Id of a picture.
+    image_id: NotRequired[str | None]
+    # Id of a job.
+    job_id: NotRequired[str | None]
+    # Id of a scene, whose text is to be read.
+    scene_id: NotRequired[str | None]
+    # Lifetime in seconds, 3600 by default.
+    ttl: NotRequired[int | None]
 
 
 class Checker(TypedDict):
@@ -247,6 +236,26 @@ Color: TypeAlias = "float | list[float] | str"
 
 # A value, or a picture times a value: {"factor": ..., "image": "..."}.
 ColorChannel: TypeAlias = "Color | dict[Literal['channel'], TexelChannel | None] | dict[Literal['enlarged'], Enlarged] | dict[Literal['factor'], Color] | dict[Literal['image'], str] | dict[Literal['transform'], UvTransform] | dict[Literal['uv'], int] | dict[Literal['wrap'], Wraps]"
+
+
+class CompareRequest(TypedDict):
+    """Two pictures."""
+
+    # The one that is compared with, as a reference is.
+    a: CompareSide
+    # The other.
+    b: CompareSide
+
+
+class CompareSide(TypedDict):
+    """An image id, or a scene with settings."""
+
+    # An image id.
+    image: NotRequired[str | None]
+    # A scene.
+    scene: NotRequired[Scene]
+    # Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
+    settings: NotRequired[Overrides]
 
 
 class Cone(TypedDict):
@@ -422,19 +431,6 @@ class DiscArea(TypedDict):
     radius: float
 
 
-class Done(TypedDict):
-    """What nodes have done since they were started."""
-
-    # Seconds that slots have rendered.
-    busy_seconds: float
-    # Pieces that failed.
-    failures: int
-    # Pieces of work.
-    pieces: int
-    # Tiles in them.
-    tiles: int
-
-
 # The speed between two keys. All are polynomials, which give the same bits on every machine.
 Ease: TypeAlias = "Literal['linear'] | Literal['in'] | Literal['out'] | Literal['in_out']"
 
@@ -443,19 +439,45 @@ class Effect(TypedDict):
     """One effect."""
 
     # Actual cost.
-    act: NotRequired[Actual | None]
+    act: NotRequired[EffectCost | None]
     # JSON pointers of the keys that ask for it, at most 10.
     because: list[str]
     # Its name, a token of letters and `_`.
     effect: str
     # Estimated cost.
-    est: NotRequired[Estimated | None]
+    est: NotRequired[EffectEstimate | None]
     # Why, in a sentence.
     reason: str
     # Whether it is simulated.
     state: EffectState
     # Values of those keys, if they are short.
     values: NotRequired[dict[str, Any]]
+
+
+class EffectCost(TypedDict):
+    """Actual cost of an effect."""
+
+    # The same as `share_ms`, under its former name.
+    ms_estimated: float | None
+    # Its own rays, counted.
+    rays: int
+    # Milliseconds that the picture would save without this one effect, measured by a pilot without it. Below 0 if
+    # it would take longer. Null if the effect is off, or cannot be left out alone.
+    saves_ms: float | None
+    # Milliseconds that its own rays took: their number times what rays of their kind took in the pilot. Null if its
+    # time is part of other effects' rays.
+    share_ms: float | None
+
+
+class EffectEstimate(TypedDict):
+    """Estimate of an effect."""
+
+    # Milliseconds of wall time on all threads. Null if its time is part of other effects' rays.
+    ms: float | None
+    # Its own rays.
+    rays: int
+    # Their 95 % interval.
+    rays_ci: list[int]
 
 
 # States of an effect.
@@ -582,30 +604,6 @@ class Estimate(TypedDict):
     unproved_pixels: NotRequired[int]
 
 
-class Estimated(TypedDict):
-    """Estimate of an effect."""
-
-    # Milliseconds of wall time on all threads. Null if its time is part of other effects' rays.
-    ms: float | None
-    # Its own rays.
-    rays: int
-    # Their 95 % interval.
-    rays_ci: list[int]
-
-
-class Estimated2(TypedDict):
-    """What a picture with some settings should take."""
-
-    # Depth of the recursion.
-    depth: Depth
-    # Rays and milliseconds.
-    estimate: Estimate | None
-    # The id of the picture, if it has one.
-    image_id: str | None
-    # The settings.
-    settings: dict[str, Any]
-
-
 class EstimatedError(TypedDict):
     """Error of sampling, estimated from the samples themselves."""
 
@@ -621,43 +619,143 @@ class EstimatedError(TypedDict):
     target: NotRequired[SamplingTarget | None]
 
 
+class ExampleEntry(TypedDict):
+    """ExampleEntry"""
+
+    # What it shows, in a sentence.
+    about: str
+    # Where its text is.
+    href: str
+    # Its id, two words.
+    id: str
+    title: str
+
+
 class Examples(TypedDict):
     """Scenes to begin with."""
 
-    examples: list[Listed]
+    examples: list[ExampleEntry]
 
 
 # The plan of a scene, with `actual` if the picture was rendered, or the estimates of several settings.
-Explained: TypeAlias = "Analyzed | Plan | Several"
+ExplainAnswer: TypeAlias = "Analyzed | Plan | SettingsEstimates"
 
 
 # How a light fades with the distance d.
 Falloff: TypeAlias = "Literal['none'] | dict[Literal['linear'], LinearFalloff] | Literal['inverse_square'] | dict[Literal['windowed'], WindowedFalloff]"
 
 
-# How light gets from everywhere to surfaces.
-Fidelity: TypeAlias = "Literal['fast'] | Literal['faithful']"
+class FarmBacklog(TypedDict):
+    """Seconds of one slot."""
+
+    # Jobs of low priority.
+    bulk: float
+    # Renders that somebody waits for.
+    hi: float
+    # Jobs.
+    norm: float
 
 
-class Figures(TypedDict):
+class FarmFaults(TypedDict):
+    """What has gone wrong."""
+
+    # What the broker has refused, such as missing permissions.
+    broker_errors: int
+    # Pieces that were given up; their jobs have failed.
+    dead_letters: int
+    # Tiles of which two nodes have made different pixels.
+    determinism_alarms: int
+    # How often the broker had no room for more work.
+    queue_full: int
+    # Slow pieces that a second node rendered, too.
+    rendered_twice: int
+    # Pieces that were lost, as when a node ends, and were sent again.
+    sent_again: int
+
+
+class FarmFigures(TypedDict):
     """The farm in figures."""
 
     # Seconds of one slot that the work takes which this front has for nodes, by how urgent it is.
-    backlog_seconds: Backlog
+    backlog_seconds: FarmBacklog
     # Pieces that nodes render now.
     busy: int
     # Whether the service reaches the broker now.
     connected: bool
     # What the nodes there are have done.
-    done: Done
+    done: FarmWorkDone
     # Each node. Null without the scope `admin`.
-    each: list[Node] | None
+    each: list[FarmNode] | None
     # Nodes by how they are.
-    nodes: Nodes
+    nodes: FarmNodeCounts
     # Pieces that nodes which take work can render at one time.
     slots: int
     # What has gone wrong since this front was started.
-    trouble: Trouble
+    trouble: FarmFaults
+
+
+class FarmNode(TypedDict):
+    """A node."""
+
+    # Pieces it renders now.
+    busy: int
+    # Pieces that failed.
+    failures: int
+    # Id of its process.
+    id: str
+    # What people call it.
+    name: str
+    # Pieces it has done.
+    pieces: int
+    # Why it is so.
+    reason: str | None
+    # Whether it renders the same pixels as this front. Only then it gets work of this front.
+    same_renderer: bool
+    # Pieces it renders at one time.
+    slots: int
+    # Seconds since it was started.
+    started_s: int
+    # How it is.
+    state: NodeState
+    # Tiles in them.
+    tiles: int
+    # The program's version.
+    version: str
+
+
+class FarmNodeCounts(TypedDict):
+    """Nodes by how they are."""
+
+    # They finish what they have, and end.
+    draining: int
+    # They take no work, since they do not trust themselves.
+    excluded: int
+    # They take work.
+    ready: int
+
+
+class FarmStatus(TypedDict):
+    """The farm, if there is one."""
+
+    # Null: the service renders itself.
+    farm: FarmFigures | None
+
+
+class FarmWorkDone(TypedDict):
+    """What nodes have done since they were started."""
+
+    # Seconds that slots have rendered.
+    busy_seconds: float
+    # Pieces that failed.
+    failures: int
+    # Pieces of work.
+    pieces: int
+    # Tiles in them.
+    tiles: int
+
+
+# How light gets from everywhere to surfaces.
+Fidelity: TypeAlias = "Literal['fast'] | Literal['faithful']"
 
 
 class Film(TypedDict):
@@ -1133,6 +1231,27 @@ class JobView(TypedDict):
     width: int
 
 
+class KeyInfo(TypedDict):
+    """The tenant of a key."""
+
+    # Bytes of the assets that it has sent.
+    asset_bytes: int
+    # Waiting and running jobs that it may have.
+    most_jobs: int
+    # Event streams that it may have open.
+    most_streams: int
+    # Whether the service asks for keys. Without them everybody is the same tenant.
+    needs_keys: bool
+    # What the key may do.
+    scopes: list[Scope]
+    # Its name.
+    tenant: str
+    # What is left of the units of a minute. Null: unlimited.
+    units: RateLimitUnits | None
+    # The tenant's share of the renderer beside others.
+    weight: int
+
+
 class KnownScene(TypedDict):
     """A stored scene."""
 
@@ -1154,15 +1273,6 @@ class KnownScene(TypedDict):
     zoom: int
 
 
-class Lane(TypedDict):
-    """A lane of the scheduler."""
-
-    # How many are worked on, in turn.
-    running: int
-    # How many wait.
-    waiting: int
-
-
 # Light sources.
 Light: TypeAlias = "dict[Literal['point'], PointLight] | dict[Literal['directional'], DirectionalLight] | dict[Literal['spot'], SpotLight]"
 
@@ -1181,18 +1291,6 @@ class LinearFalloff(TypedDict):
 
     # Distance at which the light is gone, above 0.
     reach: float
-
-
-class Listed(TypedDict):
-    """Listed"""
-
-    # What it shows, in a sentence.
-    about: str
-    # Where its text is.
-    href: str
-    # Its id, two words.
-    id: str
-    title: str
 
 
 # Mapping of a picture to a surface.
@@ -1243,27 +1341,6 @@ class Material(TypedDict):
     transmission: NotRequired[Color]
 
 
-class Me(TypedDict):
-    """The tenant of a key."""
-
-    # Bytes of the assets that it has sent.
-    asset_bytes: int
-    # Waiting and running jobs that it may have.
-    most_jobs: int
-    # Event streams that it may have open.
-    most_streams: int
-    # Whether the service asks for keys. Without them everybody is the same tenant.
-    needs_keys: bool
-    # What the key may do.
-    scopes: list[Scope]
-    # Its name.
-    tenant: str
-    # What is left of the units of a minute. Null: unlimited.
-    units: Units | None
-    # The tenant's share of the renderer beside others.
-    weight: int
-
-
 class MeasuredErrors(TypedDict):
     """Errors of one picture, kept apart by where they come from. None: there was no reference to measure against."""
 
@@ -1303,15 +1380,6 @@ class Mesh(TypedDict):
     vertices: list[list[float]]
 
 
-class Minted(TypedDict):
-    """A capability."""
-
-    # When it expires, in seconds since 1970.
-    expires: int
-    # Prefix of paths, such as `/v1/jobs/{id}/events` or `/iiif/3/{id}/info.json`.
-    prefix: str
-
-
 class MissingAssets(TypedDict):
     """Assets that have to be sent."""
 
@@ -1331,48 +1399,12 @@ class Motion(TypedDict):
     translate: NotRequired[list[float] | None]
 
 
-class Node(TypedDict):
-    """A node."""
-
-    # Pieces it renders now.
-    busy: int
-    # Pieces that failed.
-    failures: int
-    # Id of its process.
-    id: str
-    # What people call it.
-    name: str
-    # Pieces it has done.
-    pieces: int
-    # Why it is so.
-    reason: str | None
-    # Whether it renders the same pixels as this front. Only then it gets work of this front.
-    same_renderer: bool
-    # Pieces it renders at one time.
-    slots: int
-    # Seconds since it was started.
-    started_s: int
-    # How it is.
-    state: NodeState
-    # Tiles in them.
-    tiles: int
-    # The program's version.
-    version: str
+# One of several in a file: its place, from 0, or its name.
+NameOrIndex: TypeAlias = "int | str"
 
 
 # How a node is.
 NodeState: TypeAlias = "Literal['ready'] | Literal['draining'] | Literal['excluded']"
-
-
-class Nodes(TypedDict):
-    """Nodes by how they are."""
-
-    # They finish what they have, and end.
-    draining: int
-    # They take no work, since they do not trust themselves.
-    excluded: int
-    # They take work.
-    ready: int
 
 
 class Noise(TypedDict):
@@ -1509,15 +1541,6 @@ class Overrides(TypedDict):
     view: NotRequired[str]
     # Pixels across, in place of the scene's.
     width: NotRequired[int]
-
-
-class Pair(TypedDict):
-    """Two pictures."""
-
-    # The one that is compared with, as a reference is.
-    a: Side
-    # The other.
-    b: Side
 
 
 class PanoramaCamera(TypedDict):
@@ -1698,7 +1721,7 @@ class PlacedModel(TypedDict):
     camera, lights and floor are the scene's."""
 
     # Which of its animations is played, by its place from 0 or its name. Default: none, the pose at rest.
-    animation: NotRequired[Which | None]
+    animation: NotRequired[NameOrIndex | None]
     # The file: `sha256:` and the digits of an asset, or the name of a file. It is whole, without other parts.
     asset: str
     # Materials in place of its own, by their names in the file.
@@ -1716,7 +1739,7 @@ class PlacedModel(TypedDict):
     # Which axis of it is up. Default: z for STL, y for all else.
     up: NotRequired[UpAxis | None]
     # Which of its variants of materials, by its place from 0 or its name.
-    variant: NotRequired[Which | None]
+    variant: NotRequired[NameOrIndex | None]
 
 
 class Plan(TypedDict):
@@ -1734,7 +1757,7 @@ class Plan(TypedDict):
     kernel: str
     # Hash of all that selects machine code: kernel, precision, instruction set, version.
     kernel_hash: str
-    # Effects that this renderer never simulates.
+    # Effects of light that no ray of the picture simulates.
     not_simulated: list[str]
     # Most primitives that lie around one point. A ray may take as many steps there, which the estimate does not
     # include.
@@ -1880,28 +1903,39 @@ class Quad(TypedDict):
     vertices: list[list[float]]
 
 
-class Questions(TypedDict):
-    """A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are."""
+class QueueLane(TypedDict):
+    """A lane of the scheduler."""
 
-    # The rays.
-    rays: list[RayQuery]
-    # The scene.
-    scene: Scene
+    # How many are worked on, in turn.
+    running: int
+    # How many wait.
+    waiting: int
 
 
-class Queued(TypedDict):
+class QueueStatus(TypedDict):
     """Who has the renderer and waits for it."""
 
     # Jobs.
-    jobs: Lane
+    jobs: QueueLane
     # Requests for pictures and answers.
-    renders: Lane
+    renders: QueueLane
     # Seconds until a request that comes now should have its turn, at the pace of the last ones.
     seconds_ahead: int
     # Threads of the renderer.
     threads: int
     # Requests for tiles.
-    tiles: Lane
+    tiles: QueueLane
+
+
+class RateLimitUnits(TypedDict):
+    """Units of cost: one for each request, and one for each million rays."""
+
+    # Seconds until all are there again.
+    full_in_s: int
+    # Units that are left.
+    left: int
+    # Units in a minute.
+    per_minute: int
 
 
 class RayAnswer(TypedDict):
@@ -1933,13 +1967,20 @@ class RayAnswer(TypedDict):
     transmitted: NotRequired[list[float] | None]
 
 
+class RayAnswers(TypedDict):
+    """What the rays hit, in their order."""
+
+    # One for each ray.
+    answers: list[RayAnswer]
+
+
 class RayCounts(TypedDict):
     """Rays by kind."""
 
     camera: int
     # Rays not followed because a sample reached the limit `rays_per_sample`, or a pixel the limit of its proof.
     dropped: int
-    # Rays from diffuse surfaces, for color bleeding and for light that is traced.
+    # Rays from diffuse surfaces, for color bleeding and global illumination.
     gathered: int
     reflected: int
     shadow: int
@@ -1953,6 +1994,15 @@ class RayCounts(TypedDict):
 
 # Whitted's kinds of rays that are followed.
 RayKind: TypeAlias = "Literal['camera', 'reflected', 'transmitted'] | Literal['gathered']"
+
+
+class RayQueries(TypedDict):
+    """A scene and rays. Both are raw JSON, and each part is parsed on its own, so that errors say where they are."""
+
+    # The rays.
+    rays: list[RayQuery]
+    # The scene.
+    scene: Scene
 
 
 class RayQuery(TypedDict):
@@ -1971,6 +2021,10 @@ class RayQuery(TypedDict):
 class RayTree(TypedDict):
     """Every ray of one pixel."""
 
+    # The 8-bit codes that the picture shows for the value, with its exposure and tone.
+    codes: list[int]
+    # How many codes these are off at most, for what the contributions lack; 255 if nothing bounds that.
+    codes_off: int
     # R: at most so much the contributions lack, for rays that were not followed and lights that were not asked for.
     lacking: list[float]
     # Column and row of the pixel.
@@ -2082,8 +2136,8 @@ class RenderSettings(TypedDict):
     # Floating-point format. Default `"single"`.
     precision: NotRequired[Precision]
     # Samples of each pixel, 1 to 1024. Default 1. In scenes with effects that choose at random (lights with an
-    # area, rough surfaces, a lens, motion, dispersion, color bleeding, traced light) each pixel then gets 8 to 256,
-    # until it is likely within 1.5 codes of the mean of all.
+    # area, rough surfaces, a lens, motion, dispersion, color bleeding, global illumination) each pixel then gets 8
+    # to 256, until it is likely within 1.5 codes of the mean of all.
     samples: NotRequired[int | None]
     # What casts shadows. Default `"opaque"`.
     shadows: NotRequired[Shadows]
@@ -2337,28 +2391,30 @@ class SequenceReport(TypedDict):
     warnings: list[SceneProblem]
 
 
-class Several(TypedDict):
+class SettingEstimate(TypedDict):
+    """What a picture with some settings should take."""
+
+    # Depth of the recursion.
+    depth: Depth
+    # Rays and milliseconds.
+    estimate: Estimate | None
+    # The id of the picture, if it has one.
+    image_id: str | None
+    # The settings.
+    settings: dict[str, Any]
+
+
+class SettingsEstimates(TypedDict):
     """The estimates of several settings."""
 
     # One for each of the settings, in their order.
-    estimates: list[Estimated2]
+    estimates: list[SettingEstimate]
     # The plan of the scene as it is.
     plan: Plan
 
 
 # How shadow rays treat bodies.
 Shadows: TypeAlias = "Literal['opaque'] | Literal['transmissive'] | Literal['none']"
-
-
-class Side(TypedDict):
-    """An image id, or a scene with settings."""
-
-    # An image id.
-    image: NotRequired[str | None]
-    # A scene.
-    scene: NotRequired[Scene]
-    # Settings that replace the scene's, by the names of the query parameters of `POST /v1/render`.
-    settings: NotRequired[Overrides]
 
 
 class Sky(TypedDict):
@@ -2747,7 +2803,7 @@ class TreeRay(TypedDict):
     id: int
     # Its kind.
     kind: TreeRayKind
-    # For shadow rays: the light's number.
+    # For shadow rays: the number of the light in `lights` of the scene, from 0.
     light: NotRequired[int | None]
     # The media it is in, the one that decides first; empty space around all is not listed.
     media: list[TreeMedium]
@@ -2780,23 +2836,6 @@ class Triangle(TypedDict):
     vertices: list[list[float]]
 
 
-class Trouble(TypedDict):
-    """What has gone wrong."""
-
-    # What the broker has refused, such as missing permissions.
-    broker_errors: int
-    # Pieces that were given up; their jobs have failed.
-    dead_letters: int
-    # Tiles of which two nodes have made different pixels.
-    determinism_alarms: int
-    # How often the broker had no room for more work.
-    queue_full: int
-    # Slow pieces that a second node rendered, too.
-    rendered_twice: int
-    # Pieces that were lost, as when a node ends, and were sent again.
-    sent_again: int
-
-
 class Turntable(TypedDict):
     """The camera goes around an axis, in equal steps from frame to frame. The frame after the last one would be at
     the whole angle, so 360 degrees can be shown again and again. Lights stay with the scene."""
@@ -2807,17 +2846,6 @@ class Turntable(TypedDict):
     center: NotRequired[list[float] | None]
     # The whole angle, -36000 to 36000; above 0 counter-clockwise when the axis points at the viewer. Default 360.
     degrees: NotRequired[float]
-
-
-class Units(TypedDict):
-    """Units of cost: one for each request, and one for each million rays."""
-
-    # Seconds until all are there again.
-    full_in_s: int
-    # Units that are left.
-    left: int
-    # Units in a minute.
-    per_minute: int
 
 
 # An axis that is up.
@@ -2836,7 +2864,7 @@ class UvTransform(TypedDict):
     scale: NotRequired[list[float]]
 
 
-class Valid(TypedDict):
+class ValidationResult(TypedDict):
     """The answer about a valid scene."""
 
     # True. The answer about an invalid scene is a problem.
@@ -2866,35 +2894,11 @@ class Version(TypedDict):
     version: str
 
 
-class Wanted(TypedDict):
-    """What a capability is for: a job, a picture or a scene."""
-
-    # Id of a picture.
-    image_id: NotRequired[str | None]
-    # Id of a job.
-    job_id: NotRequired[str | None]
-    # Id of a scene, whose text is to be read.
-    scene_id: NotRequired[str | None]
-    # Lifetime in seconds, 3600 by default.
-    ttl: NotRequired[int | None]
-
-
-class WantedAssets(TypedDict):
-    """Assets that somebody needs."""
-
-    # Their SHA-256 in hexadecimal digits, with or without `sha256:` before them.
-    sha256: list[str]
-
-
 class WebhookRequest(TypedDict):
     """A receiver that hears how a job ends."""
 
     # Where the message is posted, an address of the public network.
     url: str
-
-
-# One of several in a file: its place, from 0, or its name.
-Which: TypeAlias = "int | str"
 
 
 class WindowedFalloff(TypedDict):

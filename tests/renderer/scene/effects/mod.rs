@@ -61,6 +61,43 @@ fn judge(scenes: Vec<(String, Value)>, wrong: impl Fn(&Value) -> Vec<String> + S
     assert!(found.is_empty(), "{} of {}:\n{}", found.len(), scenes.len(), found[..found.len().min(20)].join("\n"));
 }
 
+/// What cannot show beside an effect that does changes neither the picture nor its rays.
+#[test]
+fn what_cannot_show_changes_no_byte_and_no_ray_of_the_rest() {
+    let scene = |changes: &[(&str, Value)]| {
+        let mut scene = json!({
+            "version": 1, "image": { "width": 40, "height": 30 },
+            "camera": { "pinhole": { "eye": [0, 2, 6], "look_at": [0, 0.5, 0] } }, "lights": [],
+            "materials": {
+                "lamp": { "pbr": { "base_color": 0, "metallic": 0, "emissive": 5 } },
+                "mirror": { "diffuse": 0.2, "reflection": 0.8 }
+            },
+            "objects": [
+                { "triangle": { "vertices": [[-0.2, 2, 0], [0.2, 2, 0], [0, 2, 0.3]], "material": "lamp" } },
+                { "sphere": { "center": [0, 1, 0], "radius": 0.7, "material": "mirror" } },
+                { "sphere": { "center": [1.6, 1, 0], "radius": 0.7, "material": "mirror" } },
+                { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }
+            ]
+        });
+        for (pointer, value) in changes {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            scene.pointer_mut(parent).unwrap()[key] = value.clone();
+        }
+        let scene = loaded(&scene).scene;
+        let picture = render(&scene, Region::whole(40, 30), &Control::default()).unwrap();
+        (picture.film.pixels, picture.rays)
+    };
+    let rays = ("/render", json!({ "fidelity": "faithful", "samples": 4, "antialias": false }));
+    let plain = scene(std::slice::from_ref(&rays));
+    for opacity in [json!({ "alpha": 1 }), json!({ "mode": "mask", "alpha": 0.8 })] {
+        let lamp = ("/materials/lamp/pbr/opacity", opacity.clone());
+        assert!(scene(&[rays.clone(), lamp]) == plain, "a lamp of which all is there: {opacity}");
+    }
+    let sky = ("/environment", json!({ "sky": {} }));
+    let plain = scene(std::slice::from_ref(&sky));
+    assert!(scene(&[sky, ("/background", json!(50))]) == plain, "a background behind the environment");
+}
+
 /// A lone plane, a lone ball: no shadow rays, and the same picture as with them.
 #[test]
 fn shadow_rays_are_left_out_only_where_nothing_can_hide_a_light() {

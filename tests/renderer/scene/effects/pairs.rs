@@ -181,6 +181,13 @@ fn of_lights() -> Vec<Trap> {
             Trap { effect, asked, without: json!({}), shown }
         })
         .collect();
+    // It ends before it gets anywhere.
+    let ends = |y: f64| json!({ "point": { "position": [-2, y, 2], "falloff": { "linear": { "reach": 5 } } } });
+    let range = |y: f64| json!({ "point": { "position": [-2, y, 2], "falloff": { "windowed": { "range": 5 } } } });
+    for [asked, shown] in [[ends(1_000.0), ends(3.0)], [range(1_000.0), range(3.0)]] {
+        let with = |light: Value| json!({ "lights+": [light] });
+        traps.push(Trap { effect: "light_falloff", asked: with(asked), without: json!({}), shown: with(shown) });
+    }
     // On what scatters none of it.
     let dark = json!({ "diffuse": 0, "emission": 0.25 });
     for (effect, light) in lights {
