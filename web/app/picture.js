@@ -28,7 +28,7 @@ const PATIENCE = { syntax: 400, other: 120 };
 /** Limits of one answer that jobs do not have. */
 const TOO_MUCH = new Set(["max_pixels", "max_samples_total", "timeout"]);
 
-/** What a picture is kept by. A large text would have to be hashed for each move of the camera: its number does. @param {Asked} of */
+/** What a picture is kept by. A large text would be hashed for each move of the camera: its number does. @param {Asked} of */
 const nameOf = (of) => `${JSON.stringify([of.type, of.settings, of.patch])}\n${of.text.length < LARGE ? of.text : of.version}`;
 
 /** @param {Shown | null} picture */
@@ -135,7 +135,7 @@ function fail(error, base, signal) {
     batch(() => {
       if (isRefused) problems.value = [];
       status.value = error instanceof Unreachable ? { word: "offline", detail: "looking for the service" }
-        : isRefused && TOO_MUCH.has(error.limit) ? { word: "failed", detail: "This is too much for one answer. A job may be larger.", job: true }
+        : isRefused && TOO_MUCH.has(error.limit) ? { word: "failed", detail: "Too much for one answer; a job may be larger.", job: true }
         : { word: "failed", detail: error.message };
     });
   }
@@ -192,7 +192,6 @@ export function start() {
   effect(() => {
     const of = { text: rendered.value, type: origin.value.type, settings: settings.value, patch: moved.value };
     untracked(() => {
-      // Nothing has come yet.
       if (of.text === "" && ladder.version === 0) return;
       const whole = { ...of, version: version.peek() };
       const known = kept.get(nameOf(whole));
