@@ -19,6 +19,8 @@ pub struct Usage {
     pub moves: bool,
     /// Whether any body is turned inside out.
     pub hollow: bool,
+    /// Whether any body is of triangles or a frustum: rounding may let an eye see such a surface that it is on.
+    pub rounded: bool,
     /// Whether any mesh has normals of its own.
     pub smooth: bool,
     /// Whether anything is placed by a transform.

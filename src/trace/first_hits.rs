@@ -46,7 +46,9 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
         };
         hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), Coherence::Coherent);
         if rays.depth == 1 {
-            hits.leave_eye(s, self.world, &cast, Coherence::Coherent);
+            if self.world.usage.rounded {
+                hits.leave_eye(s, self.world, &cast, Coherence::Coherent);
+            }
             self.counts.camera_hits += u64::from(hits.found.count_ones());
         }
         hits.found != 0

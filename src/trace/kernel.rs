@@ -287,7 +287,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         } else {
             hits.find_nearest(s, self.world, &mut cast, &Nearest::none(s), rays.coherence());
         }
-        if rays.depth == 1 {
+        if rays.depth == 1 && self.world.usage.rounded {
             hits.leave_eye(s, self.world, &cast, rays.coherence());
         }
         // The light that a ray itself brings is added in one step, so that the ray tree adds up to the last bit.

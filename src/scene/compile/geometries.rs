@@ -308,6 +308,7 @@ impl<'a, R: Real> Builder<'a, R> {
             Object::Box(o) => (0..3).all(|i| R::from_f64(o.min[i]) < R::from_f64(o.max[i])),
             _ => false,
         } && !self.thin[material];
+        self.usage.rounded |= matches!(shape, Shape::Mesh(_) | Shape::Frustum(_));
         let used = &mut self.usage.materials[material];
         (used.anywhere, used.filled) = (true, used.filled || (closed && !appearance.hollow));
         Item {

@@ -1,5 +1,6 @@
 //! A picture that streams: `Accept: multipart/mixed`.
 
+use super::jobs::mirrors;
 use super::operations::{get, number, with_admin};
 use crate::common::service::{Answer, NO_TIMEOUT, Service, request};
 use crate::common::{BALL, SLOW};
@@ -161,14 +162,15 @@ fn a_client_that_does_not_read_holds_up_nobody() {
 
 #[test]
 fn streams_of_the_same_picture_are_rendered_once() {
-    let path = "/v1/render?width=640&height=480&samples=4&max_depth=40";
+    let path = "/v1/render?width=256&height=256&samples=4";
     let rays = |streams: usize| {
         let (service, admin) = with_admin(&[]);
         let pictures: Vec<Vec<u8>> = std::thread::scope(|scope| {
-            let asked: Vec<_> = (0..streams).map(|_| scope.spawn(|| stream(&service, path, SLOW))).collect();
+            let asked: Vec<_> = (0..streams).map(|_| scope.spawn(|| stream(&service, path, &mirrors()))).collect();
             asked.into_iter().map(|asked| asked.join().unwrap().pop().unwrap().1).collect()
         });
         assert!(pictures.iter().all(|picture| *picture == pictures[0]), "the same bytes");
+        service.wait_for(0, 0);
         number(&get(admin, "/metrics").text(), "strahl_rays_total{lane=\"renders\"}")
     };
     let [one, three] = [1, 3].map(rays);
