@@ -106,54 +106,12 @@ impl Jobs {
         if self.files.shared {
             record.text_bytes = text.len() as u64;
         }
-        let (needs, all) = (memory_of(&record), self.cache.memory.most());
-        if needs > all {
-            let detail = format!("it would take {needs} bytes of memory; the service has {all} (memory_bytes)");
-            return Err(Error::Limit { name: "memory_bytes", max: all, detail });
-        }
-        let max = self.limits.job_memory_bytes;
-        if needs > max {
-            let detail = format!("it would take {needs} bytes of memory; a job may take {max} (job_memory_bytes)");
-            return Err(Error::Limit { name: "job_memory_bytes", max, detail });
-        }
         let bytes = text.len() as u64;
-        let (written, max) = (bytes.max(disk_of(&record)), self.limits.data_bytes);
-        if written > max / 2 {
-            let detail = format!(
-                "its scene or its picture with all tiles would take {written} bytes on disk; each may take half of {max} \
-                 (data_bytes)"
-            );
-            return Err(Error::Limit { name: "data_bytes", max, detail });
+        self.check_size(&record, bytes)?;
+        if self.files.scenes.size(&scene).is_none() {
+            self.check_space_for_scene(&record.tenant, bytes, made.is_some())?;
         }
-        let is_new = self.files.scenes.size(&scene).is_none();
-        if is_new && made.is_none() && !self.may_wait_with(&record.tenant, bytes) {
-            let detail = "the scenes of your jobs that wait take half of the disk space that other tenants leave \
-                          (data_bytes): submit more when some have ended";
-            let retry_after = self.registry.lock().seconds_for_a_tenth();
-            return Err(Error::TenantBusy { detail: detail.into(), retry_after });
-        }
-        if is_new && !self.make_room_for_scene(&record.tenant, bytes) {
-            let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
-            return Err(Error::Busy { detail, retry_after: self.registry.lock().seconds_for_a_tenth() });
-        }
-        {
-            let mut registry = self.registry.lock();
-            let retry_after = registry.seconds_for_a_tenth();
-            if made.is_none() {
-                self.check_unfinished(registry.unfinished(&record.tenant), most, retry_after)?;
-            }
-            let (tenant, written) = (record.tenant.as_str(), disk_of(&record));
-            let room = || DiskShares::of(&registry, &self.files, Kinds::All, max, Some((tenant, 0))).room(tenant);
-            if made.is_none() && self.files.bytes() + written > max && written > room() {
-                let detail = "the pictures that other tenants may keep leave no room for its files (data_bytes)".into();
-                return Err(Error::Busy { detail, retry_after });
-            }
-            // From here on the files of the scene and the picture are not removed.
-            registry.scenes.add(&scene);
-            if made.is_some() {
-                registry.pictures.add(&record.picture_name());
-            }
-        }
+        self.reserve(&record, most, made.is_some())?;
         let files = &self.files;
         // In a store it is there if this front has put it, or a record names it: reading it would take longer than putting it.
         let is_kept =
@@ -197,6 +155,65 @@ impl Jobs {
         }
         self.open_next();
         Ok(job)
+    }
+
+    /// Refuses a job whose picture takes more memory, or whose files more disk, than any may.
+    fn check_size(&self, record: &Record, text_bytes: u64) -> Result<(), Error> {
+        let (needs, all) = (memory_of(record), self.cache.memory.most());
+        if needs > all {
+            let detail = format!("it would take {needs} bytes of memory; the service has {all} (memory_bytes)");
+            return Err(Error::Limit { name: "memory_bytes", max: all, detail });
+        }
+        let max = self.limits.job_memory_bytes;
+        if needs > max {
+            let detail = format!("it would take {needs} bytes of memory; a job may take {max} (job_memory_bytes)");
+            return Err(Error::Limit { name: "job_memory_bytes", max, detail });
+        }
+        let (written, max) = (text_bytes.max(disk_of(record)), self.limits.data_bytes);
+        if written > max / 2 {
+            let detail = format!(
+                "its scene or its picture with all tiles would take {written} bytes on disk; each may take half of {max} \
+                 (data_bytes)"
+            );
+            return Err(Error::Limit { name: "data_bytes", max, detail });
+        }
+        Ok(())
+    }
+
+    /// Makes room for the text of a scene that is not kept yet. Where the picture exists already, the job does not wait.
+    fn check_space_for_scene(&self, tenant: &str, bytes: u64, is_made: bool) -> Result<(), Error> {
+        if !is_made && !self.may_wait_with(tenant, bytes) {
+            let detail = "the scenes of your jobs that wait take half of the disk space that other tenants leave \
+                          (data_bytes): submit more when some have ended";
+            let retry_after = self.registry.lock().seconds_for_a_tenth();
+            return Err(Error::TenantBusy { detail: detail.into(), retry_after });
+        }
+        if !self.make_room_for_scene(tenant, bytes) {
+            let detail = "the scenes of other jobs fill the disk space for scenes (data_bytes)".into();
+            return Err(Error::Busy { detail, retry_after: self.registry.lock().seconds_for_a_tenth() });
+        }
+        Ok(())
+    }
+
+    /// Refuses a job beside too many others, or whose picture has no space. From here on the files of its scene and of a picture that
+    /// exists already are not removed.
+    fn reserve(&self, record: &Record, most: u32, is_made: bool) -> Result<(), Error> {
+        let mut registry = self.registry.lock();
+        let retry_after = registry.seconds_for_a_tenth();
+        if !is_made {
+            self.check_unfinished(registry.unfinished(&record.tenant), most, retry_after)?;
+        }
+        let (tenant, written, max) = (record.tenant.as_str(), disk_of(record), self.limits.data_bytes);
+        let room = || DiskShares::of(&registry, &self.files, Kinds::All, max, Some((tenant, 0))).room(tenant);
+        if !is_made && self.files.bytes() + written > max && written > room() {
+            let detail = "the pictures that other tenants may keep leave no room for its files (data_bytes)".into();
+            return Err(Error::Busy { detail, retry_after });
+        }
+        registry.scenes.add(&record.spec.scene);
+        if is_made {
+            registry.pictures.add(&record.picture_name());
+        }
+        Ok(())
     }
 
     /// Keeps the record of a new job where records live; its revision.
