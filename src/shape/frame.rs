@@ -27,6 +27,13 @@ impl<R: Real> Frame<R> {
         Self { origin: narrow(origin), u: narrow(u), v: narrow(v), w: narrow(axis) }
     }
 
+    /// A ray in the frame's coordinates, in 64 bits.
+    pub fn ray_in(&self, origin: DVec3, dir: DVec3) -> (DVec3, DVec3) {
+        let [from, u, v, w] = [self.origin, self.u, self.v, self.w].map(|a| DVec3::from_array(a.map(Real::to_f64)));
+        let inside = |p: DVec3| DVec3::new(u.dot(p), v.dot(p), w.dot(p));
+        (inside(origin - from), inside(dir))
+    }
+
     /// A point's distance from the axis, and its height along it.
     pub fn cylindrical(&self, p: DVec3) -> [f64; 2] {
         let [origin, u, v, w] = [self.origin, self.u, self.v, self.w].map(|a| DVec3::from_array(a.map(Real::to_f64)));

@@ -12,6 +12,9 @@ use glam::DVec3;
 /// Most surfaces that a walk along a straight line crosses.
 pub(super) const MAX_CROSSINGS: usize = 1000;
 
+/// Most surfaces through an eye that it looks behind.
+const MAX_AT_EYE: usize = 64;
+
 /// The nearest surface of each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
 pub struct Hits<L: Lanes> {
@@ -127,10 +130,11 @@ impl<L: Lanes> Hits<L> {
     #[inline(never)]
     fn leave(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence, mut near: u32) {
         let mut rays = Rays { ..*rays };
-        for _ in 0..MAX_CROSSINGS {
+        for _ in 0..MAX_AT_EYE {
             let starts_on = |lane: &usize| {
-                let (expanded, origin) = (self.expanded.lane(*lane), rays.origin.lane(*lane).map(Real::to_f64));
-                world.owner(expanded).touches(expanded, DVec3::from_array(origin))
+                let [origin, dir] = [rays.origin, rays.dir].map(|v| DVec3::from_array(v.lane(*lane).map(Real::to_f64)));
+                let (expanded, t) = (self.expanded.lane(*lane), self.t.lane(*lane).to_f64());
+                world.owner(expanded).touches(expanded, origin, dir, t)
             };
             let lanes = lanes_of(near).filter(starts_on).fold(0, |lanes, lane| lanes | 1 << lane);
             if lanes == 0 {

@@ -126,7 +126,7 @@ impl Metrics {
     }
 
     /// Counts a rendered picture.
-    fn rendered(&self, class: Class, cost: &Cost) {
+    pub(crate) fn rendered(&self, class: Class, cost: &Cost) {
         self.count_ended(class, "ok");
         self.rays.get_or_create(&lane(class)).inc_by(cost.rays);
         self.render_seconds.get_or_create(&lane(class)).observe(cost.render.as_secs_f64());

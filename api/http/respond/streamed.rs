@@ -10,7 +10,7 @@ use crate::http::problem::{Problem, ProblemSummary};
 use crate::service::error::Error;
 use crate::service::memory_budget::MeteredBytes;
 use crate::service::pictures::file::PictureFile;
-use crate::service::pictures::passes::Pass;
+use crate::service::pictures::passes::{Pass, Passes};
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
@@ -50,12 +50,15 @@ struct Parts {
 
 /// The answer. A request that fails before its first part is refused as any other.
 pub(crate) async fn streamed(
-    passes: Receiver<Pass>,
+    (newest, passes): Passes,
     picture: Finished,
     format: FileFormat,
 ) -> Result<Response, Problem> {
     let mut parts = Parts { passes, picture: Some(picture), format, pass: 0, ready: VecDeque::new() };
-    parts.next().await?;
+    match newest {
+        Some(pass) => parts.add_pass(pass),
+        None => parts.next().await?,
+    }
     let chunks = stream::unfold(parts, |mut parts| async {
         if parts.ready.is_empty()
             && parts.picture.is_some()

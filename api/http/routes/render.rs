@@ -6,6 +6,7 @@ use crate::http::extract::conditions;
 use crate::http::extract::prefer::Prefer;
 use crate::http::extract::scene_request::{self, SceneRequest};
 use crate::http::extract::scene_types;
+use crate::http::metrics::render_cost::Cost;
 use crate::http::prelude::*;
 use crate::http::respond::image::tile_permit;
 use crate::http::respond::job::{JobView, picture_of, until_final};
@@ -80,6 +81,7 @@ async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
     let upload = Upload::new(body, form, overrides).await?;
     let (service, task) = (Arc::clone(&app.service), tenant.task(Class::Renders));
     let known = service.scenes.cached(Some(&task.tenant), &upload.sent().key);
+    let metrics = Arc::clone(&app.metrics);
     let (passes, made) = service.stream_picture(task, Source::Sent(upload), spec);
     let picture = async move {
         if let Some(image) = known.as_deref().and_then(image_of)
@@ -87,7 +89,11 @@ async fn in_parts(app: App, request: Request) -> Result<Response, Problem> {
         {
             return Ok(file);
         }
-        made.await
+        let made = made.await?;
+        if let Some(cost) = Cost::of(&made.took, format) {
+            metrics.rendered(Class::Renders, &cost);
+        }
+        Ok(made.file)
     };
     streamed(passes, Box::pin(picture), format).await
 }

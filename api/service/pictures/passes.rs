@@ -36,19 +36,46 @@ pub(crate) struct Pass {
 /// Passes that wait for a client.
 const WAITING: usize = 2;
 
-/// The passes of pictures that are made for several clients at once, by the name of the work.
+/// The newest pass, and those that will come.
+pub(crate) type Passes = (Option<Pass>, broadcast::Receiver<Pass>);
+
+/// The passes of a picture that several clients wait for.
+#[derive(Debug)]
+pub(crate) struct PassChannel {
+    /// The newest, for who comes later.
+    last: Mutex<Option<Pass>>,
+    sender: broadcast::Sender<Pass>,
+}
+
+impl PassChannel {
+    /// Shows a pass to all. A client that has not read the last ones misses it.
+    pub(crate) fn show(&self, pass: Pass) {
+        let mut last = self.last.lock();
+        *last = Some(pass.clone());
+        // Whether anybody is there does not matter.
+        let _ = self.sender.send(pass);
+    }
+
+    /// The newest pass so far, and those that will come.
+    pub(crate) fn subscribe(&self) -> Passes {
+        let last = self.last.lock();
+        (last.clone(), self.sender.subscribe())
+    }
+}
+
+/// The channels of the pictures that are made, by the name of the work.
 #[derive(Debug, Default)]
-pub(crate) struct PassChannels(Mutex<HashMap<String, Weak<broadcast::Sender<Pass>>>>);
+pub(crate) struct PassChannels(Mutex<HashMap<String, Weak<PassChannel>>>);
 
 impl PassChannels {
     /// The channel of a picture, which is there for as long as anybody has it.
-    pub(crate) fn join(&self, name: &str) -> Arc<broadcast::Sender<Pass>> {
+    pub(crate) fn join(&self, name: &str) -> Arc<PassChannel> {
         let mut channels = self.0.lock();
         if let Some(channel) = channels.get(name).and_then(Weak::upgrade) {
             return channel;
         }
         channels.retain(|_, channel| channel.strong_count() > 0);
-        let channel = Arc::new(broadcast::Sender::new(WAITING));
+        let channel = Arc::new(PassChannel { last: Mutex::default(), sender: broadcast::Sender::new(WAITING) });
         channels.insert(name.to_owned(), Arc::downgrade(&channel));
         channel
     }

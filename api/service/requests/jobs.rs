@@ -84,8 +84,8 @@ fn day(ms: u64) -> String {
 /// Bytes of a pixel of a picture that is decoded to be cropped.
 const CODES_BYTES: u64 = 8;
 
-/// A region of a PNG, as a PNG.
-fn crop_of_png(file: &[u8], Region { x, y, width, height }: Region) -> Option<Vec<u8>> {
+/// A region of a picture of codes, as a PNG.
+fn crop_of_codes(file: &[u8], Region { x, y, width, height }: Region) -> Option<Vec<u8>> {
     let part = image::load_from_memory(file).ok()?.crop_imm(x, y, width, height);
     let codes = if part.color().has_alpha() { part.into_rgba8().into_raw() } else { part.into_rgb8().into_raw() };
     Some(png_of(width, height, &codes))
@@ -253,17 +253,19 @@ impl Service {
             return Ok(part.map(|file| file.bytes.clone()));
         }
         // A time or a number of rays has ended the picture: a part with as much for itself would be another.
-        let whole = if output == FileFormat::Png8 {
-            self.job_picture(task.clone(), job).await?
-        } else {
-            self.render_of_job(task.clone(), job, PictureSpec::plain(None, FileFormat::Png8)).await?
+        // The codes of its file will do; those of floats are made once more, of as many rays.
+        let whole = match output {
+            FileFormat::Exr | FileFormat::Pfm => {
+                self.render_of_job(task.clone(), job, PictureSpec::plain(None, FileFormat::Png8)).await?
+            }
+            _ => self.job_picture(task.clone(), job).await?,
         };
         let Some(whole) = whole else { return Ok(None) };
         let memory = self.memory.clone();
         let work = move |work: &Work| {
             let mut share = memory.share(0);
             share.grow(CODES_BYTES * pixels)?;
-            Ok::<_, Error>(work.workers.work(|| crop_of_png(&whole.bytes, region))?)
+            Ok::<_, Error>(work.workers.work(|| crop_of_codes(&whole.bytes, region))?)
         };
         Ok(self.run(task, work).await?.value)
     }

@@ -5,7 +5,7 @@ use crate::service::error::Error;
 use crate::service::memory_budget::Share;
 use crate::service::pictures::cache::{MadePicture, Took};
 use crate::service::pictures::file::{PictureFile, PictureMeta};
-use crate::service::pictures::passes::{Pass, Show, passes, show_thinned};
+use crate::service::pictures::passes::{PassChannel, Passes, Show, passes, show_thinned};
 use crate::service::pictures::render::{self, RemoteRender, RenderSpec, Rendered};
 use crate::service::pictures::report::Report;
 use crate::service::pictures::spec::{Grid, PictureSpec};
@@ -22,7 +22,6 @@ use strahl::film::{Film, Region};
 use strahl::render::{Watcher, sampling_bytes};
 use strahl::scene::effects::{Entry, REFINED_SAMPLES, SceneEffects, State};
 use strahl::scene::{Description, Format, Overrides, Scene};
-use tokio::sync::broadcast;
 
 /// Texts of at least this many bytes are hashed on a thread of their own, since hashing would delay other requests.
 pub(crate) const HASHED_AT_ONCE: usize = 64 << 10;
@@ -175,7 +174,7 @@ impl Service {
         task: Task,
         source: Source,
         spec: PictureSpec,
-        passes: Option<Arc<broadcast::Sender<Pass>>>,
+        passes: Option<Arc<PassChannel>>,
     ) -> Result<MadePicture, Error> {
         let mut is_mine = false;
         let work = || {
@@ -185,8 +184,7 @@ impl Service {
                 let renderer = Arc::clone(&service);
                 let work = move |work: &Work| match passes {
                     None => renderer.render(work, &source, &spec, None),
-                    // A client that has not read the last ones misses this one.
-                    Some(passes) => renderer.render(work, &source, &spec, Some(&|pass| drop(passes.send(pass)))),
+                    Some(passes) => renderer.render(work, &source, &spec, Some(&|pass| passes.show(pass))),
                 };
                 let Done { value: (file, report, cached), queue_ms } = service.run(task, work).await?;
                 Ok(MadePicture { file, took: Took::new(report.as_ref(), queue_ms, cached) })
@@ -237,11 +235,11 @@ impl Service {
         task: Task,
         source: Source,
         spec: PictureSpec,
-    ) -> (broadcast::Receiver<Pass>, impl Future<Output = Result<Arc<PictureFile>, Error>> + Send + 'static) {
+    ) -> (Passes, impl Future<Output = Result<MadePicture, Error>> + Send + 'static) {
         let name = self.flight(&task, &source, &spec);
         let passes = self.pictures.passes.join(&name);
         let (seen, service) = (passes.subscribe(), Arc::clone(self));
-        (seen, async move { Ok(service.make(name, task, source, spec, Some(passes)).await?.file) })
+        (seen, async move { service.make(name, task, source, spec, Some(passes)).await })
     }
 
     /// A picture, its report unless it existed already, and whether its scene was in the cache. Coarse pictures before it are

@@ -157,3 +157,19 @@ fn an_eye_on_a_face_does_not_see_it() {
         }
     }
 }
+
+#[test]
+fn an_eye_on_a_wall_sees_the_wall_around_it() {
+    for at in [0.0, 1e3, 1e4] {
+        let cylinder = json!({ "cylinder": { "base": [at, -1, 0], "top": [at, 1, 0], "radius": 1, "capped": false } });
+        for World { scene, .. } in &bodies(json!([cylinder])) {
+            // From the wall at an angle a with its tangent the wall is met again after 2 sin a.
+            for a in [1e-3, 3e-3, 1e-2, 3e-2, 0.3, 1.5] {
+                let (sin, cos) = f64::sin_cos(a);
+                let found = answer(scene, &ray([at - 1.0, 0.0, 0.0], [sin, 0.0, cos])).at;
+                let t = found.unwrap_or_else(|| panic!("no wall at {at}, {a}")).t;
+                assert!((t / (2.0 * sin) - 1.0).abs() < 0.1, "{t} at {at}, {a}");
+            }
+        }
+    }
+}

@@ -160,6 +160,7 @@ fn a_client_that_does_not_read_holds_up_nobody() {
     assert!(all[all.len() - 2].1 == service.post_json(path, BALL).body);
 }
 
+/// Who comes later begins with the newest coarse picture.
 #[test]
 fn streams_of_the_same_picture_are_rendered_once() {
     let path = "/v1/render?width=256&height=256&samples=4";
