@@ -149,3 +149,25 @@ fn thinned(film: &Film, distance: u32) -> Film {
         display: film.display,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_comes_later_gets_the_newest_pass() {
+        let (channels, budget) = (PassChannels::default(), MemoryBudget::new(1 << 30));
+        let first = channels.join("a");
+        assert!(first.subscribe().0.is_none());
+        for scale in [8, 4] {
+            let png = Arc::new(budget.metered(vec![0]).unwrap());
+            first.show(Pass { scale, region: Region::whole(1, 1), eta_ms: None, png });
+        }
+        let (newest, mut coming) = channels.join("a").subscribe();
+        assert_eq!(newest.map(|pass| pass.scale), Some(4));
+        assert!(coming.try_recv().is_err(), "it has come already");
+        assert!(channels.join("b").subscribe().0.is_none(), "another picture");
+        drop(first);
+        assert!(channels.join("a").subscribe().0.is_none(), "nobody has it any more");
+    }
+}
