@@ -5,7 +5,7 @@ import { LARGE, isForgotten, sentFor } from "./base.js";
 import { sized } from "./framing.js";
 import { Ladder } from "./ladder.js";
 import { wordsOf } from "./problems.js";
-import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, rendered, settings, shown, size, status, version } from "./state.js";
+import { bitmaps, connection, key, live, moved, offer, origin, plan, problems, rendered, scene, settings, shown, size, status, version } from "./state.js";
 
 /** @typedef {import("./ladder.js").Action} Action */
 /** @typedef {import("./state.js").Shown} Shown */
@@ -25,7 +25,7 @@ let trouble = 0;
 /** Milliseconds after typing before a mistake is shown: halfway through a word the text is wrong, too. */
 const PATIENCE = { syntax: 400, other: 120 };
 
-/** Limits of one answer that jobs do not have. */
+/** Limits that jobs do not have. */
 const TOO_MUCH = new Set(["max_pixels", "max_samples_total", "timeout"]);
 
 /** What a picture is kept by. A large text would be hashed for each move of the camera: its number does. @param {Asked} of */
@@ -42,6 +42,7 @@ function letGo(picture) {
 function show(picture) {
   const before = shown.peek();
   shown.value = picture;
+  if (picture.rung > 0 && !scene.peek()) size.value = { width: picture.width, height: picture.height };
   if (before !== picture) letGo(before);
 }
 

@@ -81,7 +81,7 @@ export const predicted = computed(() => {
   const of = plan.value?.estimate ?? plan.value?.est;
   return of ? /** @type {Predicted} */ ({ ms: of.ms, low: of.ms_ci[0], high: of.ms_ci[1], rays: of.rays, raysLow: of.rays_ci[0], raysHigh: of.rays_ci[1] }) : null;
 });
-/** `job`: only a job can be so large. */
+/** `job`: only a job may be it. */
 export const status = signal(/** @type {{ word: Status, detail: string, job?: boolean }} */ ({ word: "starting", detail: "" }));
 export const problems = signal(/** @type {SceneProblem[]} */ ([]));
 export const live = signal(true);
@@ -136,7 +136,7 @@ function headOf(long, places) {
 /** JSON begins with a brace, NFF with its camera, background or light; others are what they were. @param {string} of @param {string} before */
 export function typeOf(of, before) {
   if (/^\s*\{/.test(of)) return "application/json";
-  return /^(?:\s*#[^\n]*\n)*\s*(?:v\s*\n|from\s|[bl]\s+[-+.\d]+\s+[-+.\d])/.test(of) ? "text/x-nff" : before;
+  return /^(?:\s*#[^\n]*\n)*\s*(?:v\s*\n|[bl]\s+[-+.\d]+\s+[-+.\d])/.test(of) ? "text/x-nff" : before;
 }
 
 /** @param {string} next @param {Origin} [about] */

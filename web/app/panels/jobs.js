@@ -37,7 +37,7 @@ export function start() {
     { title: "Jobs: next", keys: "J", run: () => step(1) },
     { title: "Jobs: the one before", keys: "K", run: () => step(-1) },
   ];
-  // A long picture is offered as a job: whoever comes for that finds the dialog.
+  // Who comes for a long picture finds the dialog.
   effect(() => {
     if (panel.value === "jobs") untracked(() => (offer.peek() !== null || status.peek().job) && (isSubmitting.value = true));
   });
