@@ -61,9 +61,7 @@ fn follow_in<L: Lanes>(s: L::Simd, world: &World<L::Real>, rays: &[RayQuery], an
         // Both kinds of traversal, for the tests.
         let coherence = if index.is_multiple_of(2) { Coherence::Coherent } else { Coherence::Incoherent };
         hits.find(s, world, &mut cast, coherence);
-        if packet.iter().all(|ray| ray.t_min == 0.0) {
-            hits.leave_eye(s, world, &cast, coherence);
-        }
+        hits.leave_eye(s, world, &cast, coherence);
         answers.extend((0..packet.len()).map(|lane| first_hit(&hits, lane)));
     }
 }

@@ -145,9 +145,7 @@ where
     };
     let mut hits = Hits::none(s);
     hits.find(s, world, &mut rays, Coherence::Coherent);
-    if ray.t_min == 0.0 {
-        hits.leave_eye(s, world, &rays, Coherence::Coherent);
-    }
+    hits.leave_eye(s, world, &rays, Coherence::Coherent);
     if hits.found == 0 {
         return None;
     }

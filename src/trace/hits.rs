@@ -110,10 +110,10 @@ impl<L: Lanes> Hits<L> {
     }
 
     /// Looks behind triangles and frustums that the rays of an eye start on: what is exactly there has t = 0, which is no hit, but
-    /// rounding may make a little more of it.
+    /// rounding may make a little more of it. Rays with a `t_min` are taken at their word.
     #[inline(always)]
     pub fn leave_eye(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence) {
-        let near = self.near_origin(s, rays);
+        let near = self.near_origin(s, rays) & rays.t_min.le(L::lit(s, 0.0)).bits();
         if near != 0 {
             self.leave(s, world, rays, coherence, near);
         }

@@ -3,7 +3,7 @@
 //! A surface adds at most A = emission + k_a I_a + sum E_l (k_d + k_s), E_l being the most that a light can bring there, and
 //! sends on at most g = r_s + r_t of what comes.
 
-use crate::accel::least_distances;
+use crate::accel::{Item, Shape, least_distances};
 use crate::bound::ceiling::{Ceiling, MaterialBound, brightest};
 use crate::lanes::Real;
 use crate::math::Rgb;
@@ -95,16 +95,30 @@ fn depth(description: &Description) -> u32 {
 /// Which materials bodies have, and the most that each light brings to each of them.
 fn lit<R: Real>(world: &World<R>) -> (Vec<bool>, Vec<Vec<f64>>) {
     let used = world.usage.materials.iter().map(|used| used.anywhere).collect();
-    let irradiance = world.lights.iter().map(|light| of_light(world, light)).collect();
+    let measured = can_measure_reach(world);
+    let irradiance = world.lights.iter().map(|light| of_light(world, light, measured)).collect();
     (used, irradiance)
 }
 
-/// The largest factor on a light's color at surfaces of each material.
-pub(super) fn of_light<R: Real>(world: &World<R>, light: &Light<R>) -> Vec<f64> {
+/// Most distances between lights that end somewhere and bodies or triangles: a tenth of a second for one thread.
+const MOST_DISTANCES: usize = 1 << 22;
+
+/// Whether there are so few lights that end somewhere, and bodies, that it is measured what each of them reaches.
+pub(super) fn can_measure_reach<R: Real>(world: &World<R>) -> bool {
+    let ends = |light: &&Light<R>| matches!(light.falloff, Falloff::Linear { .. } | Falloff::Windowed { .. });
+    let lights = world.lights.iter().filter(ends).count();
+    let size = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
+    let bodies = || world.geometries.iter().flat_map(|geometry| &geometry.items).map(size).sum::<usize>();
+    lights > 0 && lights.saturating_mul(bodies()) <= MOST_DISTANCES
+}
+
+/// The largest factor on a light's color at surfaces of each material. `measured`: whether linear falloff counts.
+pub(super) fn of_light<R: Real>(world: &World<R>, light: &Light<R>, measured: bool) -> Vec<f64> {
     let dark = light.color.iter().all(|c| *c <= R::from_f64(0.0));
     let everywhere = |strength: f64| vec![strength; world.materials.len()];
     match (light.falloff, light.source) {
         _ if dark => everywhere(0.0),
+        (Falloff::Linear { .. }, _) if !measured => everywhere(1.0),
         (
             Falloff::Linear { .. } | Falloff::InverseSquare | Falloff::Windowed { .. },
             Source::Point { position } | Source::Spot { position, .. },

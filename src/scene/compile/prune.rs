@@ -2,7 +2,7 @@
 //!
 //! By the counting rules of the SPD rays are traced that add nothing, so there all of it stays.
 
-use super::ceiling::of_light;
+use super::ceiling::{can_measure_reach, of_light};
 use crate::lanes::Real;
 use crate::scene::world::{World, shows};
 use crate::shading::light::{Falloff, Light};
@@ -25,8 +25,8 @@ pub(super) fn remove_ambient_light<R: Real>(world: &mut World<R>) {
     }
 }
 
-/// Lights that are black, shine on nothing that scatters them or end before any surface, then patterns and bumps that nothing makes visible. Bounds do
-/// not depend on any of it, and name lights by their number.
+/// Lights that are black, shine on nothing that scatters them or end before any surface (where that is soon measured), then patterns
+/// and bumps that nothing makes visible. Bounds do not depend on any of it, and name lights by their number.
 pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     if !world.is_lit() {
         // What would mirror lights is as clear as if it did not.
@@ -38,12 +38,13 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     let receives =
         |material: &Material<R>| scatters(material) || shows(material.specular) || material.catches_shadows();
     let scattered = world.has_material(|material, _| receives(material));
+    let measured = can_measure_reach(world);
     let arrives = |light: &Light<R>| match light.falloff {
-        Falloff::Linear { .. } | Falloff::Windowed { .. } => {
-            let used = of_light(world, light).into_iter().zip(&world.usage.materials);
+        Falloff::Linear { .. } | Falloff::Windowed { .. } if measured => {
+            let used = of_light(world, light, measured).into_iter().zip(&world.usage.materials);
             used.filter(|(_, used)| used.anywhere).any(|(strength, _)| strength > 0.0)
         }
-        Falloff::None | Falloff::InverseSquare => true,
+        _ => true,
     };
     let kept = world.lights.iter().filter(|light| scattered && shows(light.color) && arrives(light)).copied().collect();
     world.lights = kept;

@@ -1,6 +1,7 @@
 //! Where cameras look.
 
 use super::*;
+use strahl::inspect::first_hits::first_hits;
 
 /// First rays of pixels of a picture of 4 x 2 pixels, in single and double.
 fn first_rays(camera: Value, x: u32, y: u32) -> Vec<(Node, f64)> {
@@ -170,6 +171,27 @@ fn an_eye_on_a_wall_sees_the_wall_around_it() {
                 let t = found.unwrap_or_else(|| panic!("no wall at {at}, {a}")).t;
                 assert!((t / (2.0 * sin) - 1.0).abs() < 0.1, "{t} at {at}, {a}");
             }
+        }
+    }
+}
+
+/// What a ray answers does not depend on the rays beside it.
+#[test]
+fn rays_from_a_face_are_told_apart_from_rays_that_begin_behind_it() {
+    let quad = json!({ "quad": { "vertices": [[2, 0, 0], [0, 2, 0], [-2, 2, 2], [0, 0, 2]] } });
+    let behind = json!({ "plane": { "point": [0, 0, -5], "normal": [0, 0, 1] } });
+    for World { scene, .. } in &bodies(json!([quad, behind])) {
+        let mut random = uniform(3);
+        let rays: Vec<RayQuery> = (0..64)
+            .map(|i| {
+                let along = ray([1.0, 0.5, 0.5], [random() - 0.5, random() - 0.5, -random()]);
+                RayQuery { t_min: if i % 3 == 0 { 1e-3 } else { 0.0 }, ..along }
+            })
+            .collect();
+        for (ray, hit) in rays.iter().zip(first_hits(scene, &rays)) {
+            let plane = 5.5 / -ray.direction[2];
+            assert_near(hit.expect("the plane").t, plane, 1e-4 * plane);
+            assert_near(answer(scene, ray).at.expect("the plane").t, plane, 1e-4 * plane);
         }
     }
 }
