@@ -11,7 +11,7 @@ use crate::control::{Cancelled, Control};
 use crate::lanes::Real;
 use crate::math;
 use crate::scene::Scene;
-use crate::scene::compile::Precise;
+use crate::scene::compile::with_world;
 use crate::scene::world::World;
 use crate::shading::light::Source;
 use data_encoding::BASE64;
@@ -77,10 +77,7 @@ impl Overlay<'_> {
             segments.push(segment);
         }
         let seen_by = self.seen_from.unwrap_or(self.scene);
-        Ok(match &seen_by.world {
-            Precise::Single(world) => self.svg(&world.camera, seen_by, &segments, all),
-            Precise::Double(world) => self.svg(&world.camera, seen_by, &segments, all),
-        })
+        Ok(with_world!(&seen_by.world, |world| self.svg(&world.camera, seen_by, &segments, all)))
     }
 
     fn svg<R: Real>(&self, camera: &Camera<R>, seen_by: &Scene, segments: &[Segment<'_>], all: usize) -> String {
@@ -199,10 +196,7 @@ impl Overlay<'_> {
 fn segment<'a>(scene: &Scene, tree: &Tree, node: &'a Node) -> Segment<'a> {
     let [from, dir] = [node.origin, node.direction].map(DVec3::from_array);
     let kind = Kind::of(node, tree);
-    let light = node.light.and_then(|light| match &scene.world {
-        Precise::Single(world) => position(world, light),
-        Precise::Double(world) => position(world, light),
-    });
+    let light = node.light.and_then(|light| with_world!(&scene.world, |world| position(world, light)));
     let to_light = light.map(|light| (light - from).dot(dir).max(0.0));
     let hit = match &node.hit {
         Some(hit) => Some(DVec3::from_array(hit.point)),
@@ -215,10 +209,7 @@ fn segment<'a>(scene: &Scene, tree: &Tree, node: &'a Node) -> Segment<'a> {
     let end = hit.or_else(|| to_light.map(|t| from + dir * t));
     let leaves = end.is_none();
     let border = || {
-        let size = match &scene.world {
-            Precise::Single(world) => f64::from(world.size),
-            Precise::Double(world) => world.size,
-        };
+        let size = with_world!(&scene.world, |world| world.size.to_f64());
         from + dir * exit(from, dir, 2.0 * size)
     };
     Segment { node, kind, ends: [from, end.unwrap_or_else(border)], leaves }

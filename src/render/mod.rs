@@ -28,7 +28,7 @@ mod tiles;
 use crate::camera::Window;
 use crate::film::Region;
 use crate::scene::Scene;
-use crate::scene::compile::Precise;
+use crate::scene::compile::with_world;
 use crate::scene::world::World;
 use packets::KernelFormat;
 use renderer::Renderer;
@@ -85,10 +85,9 @@ fn render_window_with(
     options: RenderOptions,
 ) -> Result<Picture, Cancelled> {
     let start = Stopwatch::start();
-    let picture = match &scene.world {
-        Precise::Single(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
-        Precise::Double(world) => Renderer::new(scene, world, control, options).through(window).picture(region)?,
-    };
+    let picture = with_world!(&scene.world, |world| Renderer::new(scene, world, control, options)
+        .through(window)
+        .picture(region)?);
     Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
@@ -106,10 +105,7 @@ pub fn render_measured(scene: &Scene, step: u32, timed: bool, control: &Control)
         if step == 1 { renderer.picture(Region::whole(scene.width, scene.height)) } else { renderer.sparse(step) }
     }
     let start = Stopwatch::start();
-    let picture = match &scene.world {
-        Precise::Single(world) => of(scene, world, step, timed, control)?,
-        Precise::Double(world) => of(scene, world, step, timed, control)?,
-    };
+    let picture = with_world!(&scene.world, |world| of(scene, world, step, timed, control)?);
     Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 
@@ -123,8 +119,5 @@ pub fn samples_of(scene: &Scene, at: [u32; 2], control: &Control) -> Result<u32,
             scene => Ok(scene.samples),
         }
     }
-    match &scene.world {
-        Precise::Single(world) => of(&Renderer::new(scene, world, control, RenderOptions::default()), at),
-        Precise::Double(world) => of(&Renderer::new(scene, world, control, RenderOptions::default()), at),
-    }
+    with_world!(&scene.world, |world| of(&Renderer::new(scene, world, control, RenderOptions::default()), at))
 }

@@ -17,7 +17,7 @@ use crate::camera::Window;
 use crate::film::{Film, Region};
 use crate::lanes::MAX_LANES;
 use crate::scene::Scene;
-use crate::scene::compile::Precise;
+use crate::scene::compile::with_world;
 use crate::scene::world::World;
 use parking_lot::Mutex;
 use schemars::JsonSchema;
@@ -92,10 +92,7 @@ pub fn render_watched(
         render.climb(watcher)?;
         Ok(render.picture())
     }
-    match &scene.world {
-        Precise::Single(world) => of(scene, world, window, region, control, stop, watcher),
-        Precise::Double(world) => of(scene, world, window, region, control, stop, watcher),
-    }
+    with_world!(&scene.world, |world| of(scene, world, window, region, control, stop, watcher))
 }
 
 /// A picture that is rendered rung by rung.

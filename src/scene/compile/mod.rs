@@ -14,250 +14,39 @@ mod geometries;
 mod known;
 mod lights;
 mod materials;
+mod memory;
 mod occluded;
 mod pbr;
+mod precise;
 mod prune;
+mod scene;
 mod scene_edits;
 mod shared_eye;
+mod sources;
 mod surroundings;
 mod textures;
 
 pub use camera::camera_of;
 pub use known::Original;
+pub use precise::Precise;
+pub(crate) use precise::with_world;
+pub use scene::Scene;
 pub(crate) use scene_edits::LEAST_SHARE;
+use sources::Source;
+pub use sources::Sources;
 
 use super::check::{check, check_around_bodies, keep_true, warnings};
-use super::description::{Accuracy, Description, ModelBodies, Precision, Statistical};
-use super::effects::{Effect, Entry};
+use super::description::{Accuracy, Description, Precision};
+use super::effects::Entry;
 use super::files::{Files, NoFiles};
 use super::pictures::{self, Pictures};
 use super::problem::{Problems, unless_cancelled};
-use super::world::{Pruning, World};
+use super::world::World;
 use super::{Problem, limits};
-use crate::accel::{ALLOCATION, BvhKind, Geometry, overlap};
-use crate::bound::ceiling::Ceiling;
+use crate::accel::{BvhKind, overlap};
 use crate::control::milliseconds;
-use crate::film::Display;
 use crate::lanes::Real;
-use crate::shading::texture::mipmap::Mipmap;
-use crate::shading::texture::pattern::Textures;
-use std::collections::HashMap;
-use std::iter;
-use std::sync::Arc;
 use std::time::Instant;
-
-/// Bytes of the rays that the samples of a batch defer, for each ray that one sample may defer: 16 samples with 356 bytes each in
-/// single precision, and with 392 in double.
-const DEFERRED: u64 = 16 * 392;
-/// Bytes of the lists of media of a packet's rays, as long as few of them are needed at a time.
-const MEDIA: u64 = 4 << 20;
-
-/// A scene that can be rendered: immutable, finite, all references resolved.
-#[derive(Debug)]
-pub struct Scene {
-    /// Width of the picture in pixels.
-    pub width: u32,
-    /// Height of the picture in pixels.
-    pub height: u32,
-    /// Samples of each pixel.
-    pub samples: u32,
-    /// The number of them that its description names.
-    named_samples: Option<u32>,
-    /// Whether uneven pixels get more samples.
-    pub antialias: bool,
-    /// Whether each pixel gets as many samples as it asks for, [`samples`](Self::samples) being what most need at most.
-    pub adaptive: bool,
-    /// The target that decides the samples of each pixel instead, in the statistical mode.
-    pub statistical: Option<Statistical>,
-    /// The world in the precision asked for.
-    pub world: Precise,
-    /// Where each item comes from.
-    pub sources: Arc<Sources>,
-    /// Its effects: which are simulated, and why.
-    pub effects: Vec<Entry>,
-    /// Warnings for the author.
-    pub warnings: Vec<Problem>,
-    /// Primitives after all instances are expanded, which never happens in memory.
-    pub expanded_primitives: u64,
-    /// Most primitives that lie around one point ([`overlap`]).
-    pub overlap: f64,
-    /// Bytes of the pictures on its surfaces and around it.
-    pub picture_bytes: usize,
-    /// The pictures, in the order in which its description names them.
-    pub(in crate::scene) pictures: Vec<Arc<Mipmap>>,
-    /// The SHA-256 of each asset that it names.
-    pub assets: Vec<String>,
-    /// Whether any of them came from a file: then the same text may be another scene next time.
-    pub from_files: bool,
-    /// Milliseconds spent building bounding volume hierarchies and what they hold.
-    pub bvh_ms: f64,
-}
-
-/// A world in either precision.
-#[derive(Debug, Clone)]
-pub enum Precise {
-    /// 32 bits.
-    Single(World<f32>),
-    /// 64 bits.
-    Double(World<f64>),
-}
-
-/// The objects of the JSON that items come from.
-#[derive(Debug, Default)]
-pub struct Sources {
-    lists: Vec<String>,
-    /// Which of them are in the file of a model, and have the pointer of that. Empty: none.
-    models: Vec<bool>,
-    entries: Vec<Source>,
-    /// JSON pointers of the materials.
-    materials: Vec<String>,
-}
-
-#[derive(Debug)]
-struct Source {
-    list: u32,
-    index: u32,
-    name: Option<Box<str>>,
-}
-
-impl Scene {
-    /// Whether pixels that differ from a neighbour get more samples.
-    pub fn refines(&self) -> bool {
-        effects::refines(self.antialias, self.samples, self.statistical.is_some())
-    }
-
-    /// The radiance ceiling.
-    pub fn ceiling(&self) -> &Ceiling {
-        match &self.world {
-            Precise::Single(world) => &world.ceiling,
-            Precise::Double(world) => &world.ceiling,
-        }
-    }
-
-    /// Whether some rays stand for others that are not followed, at random.
-    pub fn plays_roulette(&self) -> bool {
-        match &self.world {
-            Precise::Single(world) => world.branches,
-            Precise::Double(world) => world.branches,
-        }
-    }
-
-    /// How light becomes colors.
-    pub fn display(&self) -> &Display {
-        match &self.world {
-            Precise::Single(world) => &world.display,
-            Precise::Double(world) => &world.display,
-        }
-    }
-
-    /// Whether pictures have an alpha channel.
-    pub fn is_transparent(&self) -> bool {
-        match &self.world {
-            Precise::Single(world) => world.transparent,
-            Precise::Double(world) => world.transparent,
-        }
-    }
-
-    /// What ends its chains of rays besides their length.
-    pub fn pruning(&self) -> Pruning {
-        match &self.world {
-            Precise::Single(world) => world.rules.pruning,
-            Precise::Double(world) => world.rules.pruning,
-        }
-    }
-
-    /// Bytes that the rays of one thread take at most while it renders: each ray of a chain may leave another one behind, to
-    /// be followed later, and the pixels of a packet may defer rays.
-    pub fn stack_bytes(&self) -> u64 {
-        fn of_world<R: Real>(world: &World<R>) -> u64 {
-            let followed = world.reflects || world.transmits || world.angular || gathers(world);
-            let deferred = match world.rules.pruning {
-                Pruning::Proved { .. } if followed => DEFERRED * u64::from(Pruning::MOST_DEFERRED),
-                _ => 0,
-            };
-            1_024 * u64::from(world.rules.max_depth) + if followed { MEDIA + deferred } else { 0 }
-        }
-        match &self.world {
-            Precise::Single(world) => of_world(world),
-            Precise::Double(world) => of_world(world),
-        }
-    }
-
-    /// Bytes of memory it takes; almost exact.
-    pub fn bytes(&self) -> usize {
-        fn of_world<R: Real>(world: &World<R>) -> usize {
-            // Meshes in several materials share what they are.
-            let mut first: HashMap<usize, &Geometry<R>> = HashMap::new();
-            let mut bytes = 0;
-            for geometry in world.geometries.iter() {
-                bytes += match first.get(&geometry.place()) {
-                    Some(known) => geometry.bytes_beside(known),
-                    None => geometry.bytes(),
-                };
-                first.entry(geometry.place()).or_insert(geometry);
-            }
-            bytes
-        }
-        let geometries = match &self.world {
-            Precise::Single(world) => of_world(world),
-            Precise::Double(world) => of_world(world),
-        };
-        geometries + self.bytes_around()
-    }
-
-    /// Bytes of what it does not share with the scene that it is a variation of.
-    pub fn bytes_beside(&self, original: &Self) -> usize {
-        fn of_world<R: Real>(world: &World<R>, known: &World<R>) -> usize {
-            if Arc::ptr_eq(&world.geometries, &known.geometries) {
-                return 0;
-            }
-            let known = known.geometries.iter().map(Some).chain(iter::repeat(None));
-            let own = |(geometry, known): (&Geometry<R>, Option<&Geometry<R>>)| {
-                known.map_or_else(|| geometry.bytes(), |known| geometry.bytes_beside(known))
-            };
-            world.geometries.iter().zip(known).map(own).sum()
-        }
-        let around = self.bytes_around() - self.picture_bytes + pictures::bytes_of(&self.pictures, &original.pictures);
-        match (&self.world, &original.world) {
-            (Precise::Single(world), Precise::Single(known)) => around + of_world(world, known),
-            (Precise::Double(world), Precise::Double(known)) => around + of_world(world, known),
-            _ => self.bytes(),
-        }
-    }
-
-    /// Bytes of all but its geometries.
-    fn bytes_around(&self) -> usize {
-        fn of_world<R: Real>(world: &World<R>) -> usize {
-            let textures = world.materials.iter().filter(|material| material.textures.is_some()).count();
-            let channels = world.materials.iter().filter_map(|material| material.pbr.as_deref());
-            size_of_val(&world.materials[..])
-                + channels.map(|pbr| 2 * ALLOCATION + pbr.bytes()).sum::<usize>()
-                + size_of_val(&world.usage.materials[..])
-                + textures * (ALLOCATION + size_of::<Textures>())
-                + size_of_val(&world.lights[..])
-                + world.surroundings.as_ref().map_or(0, |surroundings| surroundings.bytes())
-                + world.bright_directions.as_ref().map_or(0, |bright| bright.bytes())
-                + world.emitters.as_ref().map_or(0, |emitters| emitters.bytes())
-                + world.light_cells.as_ref().map_or(0, |cells| cells.bytes())
-        }
-        let world = match &self.world {
-            Precise::Single(world) => of_world(world),
-            Precise::Double(world) => of_world(world),
-        };
-        let texts = |texts: &[String]| texts.iter().map(|text| ALLOCATION + text.len()).sum::<usize>();
-        let entry = |entry: &Entry| size_of::<Entry>() + entry.reason.len() + texts(&entry.because);
-        let effects: usize = self.effects.iter().map(entry).sum();
-        let warning =
-            |warning: &Problem| size_of::<Problem>() + 2 * ALLOCATION + warning.pointer.len() + warning.detail.len();
-        let warnings: usize = self.warnings.iter().map(warning).sum();
-        size_of::<Self>() + world + self.picture_bytes + self.sources.bytes() + effects + warnings
-    }
-}
-
-/// Whether surfaces send rays for what they scatter.
-fn gathers<R: Real>(world: &World<R>) -> bool {
-    world.effects.has(Effect::ColorBleeding) || world.effects.has(Effect::GlobalIllumination)
-}
 
 /// What is said about a world.
 struct SceneFacts {
@@ -289,76 +78,6 @@ fn scene_facts<R: Real>(
     let overlap = known.map_or_else(|| overlap(&world.geometries, world.root), |known| known.scene.overlap);
     keep_true(&mut warnings, description, world);
     SceneFacts { overlap, samples, adaptive, effects: effects::table(&facts), warnings }
-}
-
-impl Scene {
-    /// Turns pointers into what was built into those of the text, which has models in place of instances.
-    pub(in crate::scene) fn place(&mut self, models: &ModelBodies) {
-        if let Some(sources) = Arc::get_mut(&mut self.sources) {
-            sources.models = sources.lists.iter_mut().map(|pointer| models.place(pointer)).collect();
-            for pointer in &mut sources.materials {
-                match models.replaceable.get(pointer) {
-                    Some(place) => pointer.clone_from(place),
-                    None => _ = models.place(pointer),
-                }
-            }
-        }
-        let reach = match &mut self.world {
-            Precise::Single(world) => &mut world.ceiling.reach,
-            Precise::Double(world) => &mut world.ceiling.reach,
-        };
-        let because = self.effects.iter_mut().flat_map(|entry| &mut entry.because).chain(&mut reach.because);
-        because.for_each(|pointer| _ = models.place(pointer));
-        for entry in &mut self.effects {
-            entry.because.dedup();
-        }
-        self.warnings.iter_mut().for_each(|warning| _ = models.place(&mut warning.pointer));
-        // Many materials of a model are one place of the text.
-        self.warnings = Problems(std::mem::take(&mut self.warnings)).each_once().0;
-    }
-}
-
-impl Sources {
-    fn bytes(&self) -> usize {
-        let texts = self.lists.iter().chain(&self.materials);
-        let lists: usize = texts.map(|list| ALLOCATION + size_of::<String>() + list.len()).sum();
-        let names = self.entries.iter().filter_map(|entry| entry.name.as_deref());
-        let names: usize = names.map(|name| ALLOCATION + name.len()).sum();
-        lists + size_of_val(&self.entries[..]) + names
-    }
-
-    /// JSON pointer of an item's object.
-    pub fn pointer(&self, source: u32) -> String {
-        let entry = &self.entries[source as usize];
-        if self.models.get(entry.list as usize) == Some(&true) {
-            return self.lists[entry.list as usize].clone();
-        }
-        format!("{}/{}", self.lists[entry.list as usize], entry.index)
-    }
-
-    /// Index in `objects` of what an item of the scene itself is, or is in: 3 of `/objects/3/group/objects/0`.
-    pub fn top(&self, source: u32) -> u32 {
-        let entry = &self.entries[source as usize];
-        let inside = self.lists[entry.list as usize].strip_prefix("/objects/");
-        let index = inside.and_then(|rest| rest.split('/').next()?.parse().ok());
-        index.unwrap_or(entry.index)
-    }
-
-    /// How many `objects` the scene has.
-    pub fn objects(&self) -> u32 {
-        // The scene's own list is the first.
-        self.entries.iter().filter(|entry| entry.list == 0).count() as u32
-    }
-
-    /// JSON pointer of a material; `default` for that of bodies which name none.
-    pub fn material(&self, material: u32) -> &str {
-        self.materials.get(material as usize).map_or("default", String::as_str)
-    }
-
-    /// Name of an item's object.
-    pub fn name(&self, source: u32) -> Option<&str> {
-        self.entries[source as usize].name.as_deref()
-    }
 }
 
 /// Options that are not part of a scene.
@@ -446,10 +165,7 @@ pub(super) fn build_from(
         );
         return Err(Problems::one(Problem::new("/objects", super::problem::Code::Limit, detail)));
     }
-    let facts = match &world {
-        Precise::Single(world) => scene_facts(description, world, &built, warnings, original),
-        Precise::Double(world) => scene_facts(description, world, &built, warnings, original),
-    };
+    let facts = with_world!(&world, |world| scene_facts(description, world, &built, warnings, original));
     Ok(Scene {
         width: description.image.width,
         height: description.image.height,

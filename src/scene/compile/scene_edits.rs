@@ -3,7 +3,7 @@
 use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
 use super::effects::{black, derive_flags, remove};
-use super::{Precise, Scene, adapts};
+use super::{Precise, Scene, adapts, with_world};
 use crate::accel::Shape;
 use crate::bound::ceiling::Ceiling;
 use crate::camera::{Basis, Window};
@@ -35,18 +35,12 @@ impl Scene {
 
     /// The ceiling that the scene has with the settings of another description of it.
     pub fn ceiling_with(&self, description: &description::Description) -> Ceiling {
-        match &self.world {
-            Precise::Single(world) => ceiling(description, world),
-            Precise::Double(world) => ceiling(description, world),
-        }
+        with_world!(&self.world, |world| ceiling(description, world))
     }
 
     /// Sets what its pictures are held against.
     pub fn set_ceiling(&mut self, ceiling: Ceiling) {
-        match &mut self.world {
-            Precise::Single(world) => world.ceiling = ceiling,
-            Precise::Double(world) => world.ceiling = ceiling,
-        }
+        with_world!(&mut self.world, |world| world.ceiling = ceiling)
     }
 
     fn set_rules(&mut self, max_depth: u32, pruning: Pruning) {
@@ -55,10 +49,7 @@ impl Scene {
             // Effects of rays that leave surfaces are on only where such rays are followed.
             derive_flags(world);
         }
-        match &mut self.world {
-            Precise::Single(world) => set(world, max_depth, pruning),
-            Precise::Double(world) => set(world, max_depth, pruning),
-        }
+        with_world!(&mut self.world, |world| set(world, max_depth, pruning))
     }
 
     /// The scene without one of its effects, to see what it costs, with as many samples as it then asks for. None where the
@@ -131,10 +122,7 @@ impl Scene {
         }
         let Some(basis) = Basis::new(&camera.view()) else { return };
         (self.width, self.height) = (width, height);
-        match &mut self.world {
-            Precise::Single(world) => set(world, camera, &basis, width, height),
-            Precise::Double(world) => set(world, camera, &basis, width, height),
-        }
+        with_world!(&mut self.world, |world| set(world, camera, &basis, width, height))
     }
 }
 
