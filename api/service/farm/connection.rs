@@ -20,6 +20,8 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const BETWEEN: Duration = Duration::from_millis(500);
 /// How long one answer of the broker may take.
 const ANSWER: Duration = Duration::from_secs(5);
+/// Time until the broker is asked again after an error.
+pub(super) const RETRY_AFTER: Duration = Duration::from_secs(1);
 /// Messages that may wait for their acknowledgement.
 const IN_FLIGHT: usize = 4_096;
 

@@ -2,22 +2,19 @@
 //!
 //! They are not acknowledged one by one. Each has a number, so a front sees what is missing, and its clients get a snapshot.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::names::{self, EVENTS};
 use async_nats::jetstream::consumer::{DeliverPolicy, pull};
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
-use std::time::Duration;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 /// Version of the messages.
 const VERSION: u32 = 1;
 /// Events that may wait for the connection. More are lost, and seen to be missing.
 const WAITING: usize = 10_000;
-/// Time until events are heard again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 
 /// Publishes events.
 #[derive(Debug, Clone)]
@@ -68,7 +65,7 @@ pub(crate) async fn follow(broker: Broker, mut hear: impl FnMut(&str, SentEvent<
         if let Err(error) = follow_once(&broker, &mut after, &mut hear).await {
             tracing::warn!(error, "events cannot be heard; it is tried again");
         }
-        tokio::time::sleep(AGAIN).await;
+        tokio::time::sleep(RETRY_AFTER).await;
     }
 }
 

@@ -3,7 +3,7 @@
 //! No clocks are compared. A front counts its own beats as they come back from the broker: another one is gone if four of them
 //! have come since its last. While the broker is silent, or a front is stopped, nobody is thought to be gone.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::names::{self, FRONT_AGE, FRONTS};
 use async_nats::jetstream::kv::{Operation, Store};
 use async_nats::{HeaderMap, StatusCode};
@@ -19,8 +19,6 @@ use uuid::Uuid;
 const BEAT: Duration = FRONT_AGE.checked_div(3).expect("it is not 0");
 /// A front is gone that has been silent for so many beats.
 const SILENT: u64 = 4;
-/// Time until the bucket is watched again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 /// Bytes of an answer in one message, of which the broker takes 1 MiB.
 const PART: usize = 512 << 10;
 /// The header that says how many messages follow the first one of an answer.
@@ -90,7 +88,7 @@ impl Fronts {
             if let Err(error) = self.follow(&mut beaten).await {
                 tracing::warn!(error, "the fronts cannot be watched; it is tried again");
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RETRY_AFTER).await;
         }
     }
 
@@ -176,7 +174,7 @@ impl Fronts {
                     });
                 }
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RETRY_AFTER).await;
         }
     }
 }

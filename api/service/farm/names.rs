@@ -1,6 +1,6 @@
 //! Everything the farm has at the broker: streams, subjects and buckets, and how each is configured. Nobody else names them.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::settings::FarmSettings;
 use crate::service::error::StartError;
 use crate::service::scenes::ids::renderer;
@@ -202,7 +202,7 @@ pub(crate) async fn set_up(broker: &Broker, settings: &FarmSettings) -> Result<(
         match set_up_once(broker, settings).await {
             Err(StartError::Machine(why)) if began.elapsed() < PATIENCE => {
                 tracing::warn!(why, "the broker is not ready yet");
-                tokio::time::sleep(Duration::from_secs(1)).await;
+                tokio::time::sleep(RETRY_AFTER).await;
             }
             done => return done,
         }

@@ -1,6 +1,6 @@
 //! The nodes of the farm, as each says of itself in a bucket, and as fronts see them.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::names::{NODE_AGE, NODES};
 use crate::service::scenes::ids::renderer;
 use async_nats::jetstream::kv::{Operation, Store};
@@ -14,8 +14,6 @@ use std::time::{Duration, Instant};
 
 /// How often a node says how it is.
 pub(crate) const EVERY: Duration = NODE_AGE.checked_div(4).expect("it is not 0");
-/// Time until the bucket is watched again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 
 /// What a node says of itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -86,7 +84,7 @@ impl Nodes {
             if let Err(error) = self.follow_once(&broker).await {
                 tracing::warn!(error, "the nodes cannot be watched; it is tried again");
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RETRY_AFTER).await;
         }
     }
 

@@ -1,7 +1,7 @@
 //! Values that all fronts write: a bucket at the broker in which each write names the revision that it replaces. Each front
 //! watches it once, so that it answers from memory.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::names::REMOVED_AGE;
 use crate::service::error::not_reachable;
 use crate::service::storage::revisions::Refused;
@@ -24,8 +24,6 @@ const ECHO: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(3);
 /// Time between two looks whether there is a connection.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time until the bucket is watched again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 
 /// A bucket.
 #[derive(Debug)]
@@ -109,7 +107,7 @@ impl Records {
                     Ok(_) => looks += 1,
                     Err(_) => {}
                 }
-                tokio::time::sleep(AGAIN).await;
+                tokio::time::sleep(RETRY_AFTER).await;
             }
         });
     }
@@ -181,7 +179,7 @@ impl Records {
             if let Err(error) = self.follow_once(&mut hear).await {
                 tracing::warn!(error, bucket = self.bucket.name, "a bucket cannot be watched; it is tried again");
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RETRY_AFTER).await;
         }
     }
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 /// What the broker says to a second result.
 const SECOND: &str = "maximum messages per subject exceeded";
 /// Time until a result that was not taken is sent again.
-const AGAIN: Duration = Duration::from_millis(500);
+const RESEND_AFTER: Duration = Duration::from_millis(500);
 
 /// The results.
 #[derive(Debug, Clone)]
@@ -54,7 +54,7 @@ impl Results {
             } else {
                 tracing::warn!(job, tile, error = reasons(&error), "a result is not taken; it is sent again");
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RESEND_AFTER).await;
         }
     }
 

@@ -1,7 +1,7 @@
 //! What tenants spend at one front, told to all others, so that a rate limit is one of the farm. Nothing of it is kept: a front lets
 //! a little more pass, for as long as a message takes.
 
-use super::connection::{Broker, reasons};
+use super::connection::{Broker, RETRY_AFTER, reasons};
 use super::names::SPENT;
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
@@ -14,8 +14,6 @@ use uuid::Uuid;
 const VERSION: u32 = 1;
 /// Time between two messages of a front.
 const BETWEEN: Duration = Duration::from_millis(200);
-/// Time until others are heard again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Spent {
@@ -62,6 +60,6 @@ pub(crate) async fn exchange(
             },
             Err(error) => tracing::debug!(error = reasons(&error), "what other fronts spend is not heard"),
         }
-        sleep(AGAIN).await;
+        sleep(RETRY_AFTER).await;
     }
 }

@@ -25,7 +25,7 @@ use strahl::render::Control;
 /// Time between two looks at whether it was cancelled, and whether the window has grown.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time until what the broker did not take is offered again.
-const AGAIN: Duration = Duration::from_millis(500);
+const RESEND_AFTER: Duration = Duration::from_millis(500);
 /// Pieces in the queue and on nodes for each slot: while one is rendered another waits.
 const FOR_EACH_SLOT: f64 = 2.0;
 
@@ -222,7 +222,7 @@ impl<'a> Coordinator<'a> {
             if let Err(error) = self.send(number).await {
                 tracing::warn!(job = self.order.name, error, "a piece is not taken; it is offered again");
                 self.unsent.push(number);
-                self.not_before = Instant::now() + AGAIN;
+                self.not_before = Instant::now() + RESEND_AFTER;
                 return;
             }
         }

@@ -1,7 +1,7 @@
 //! Work that nobody wants any more: pieces here are stopped, and those to come are dropped. It is named by the coordinator that
 //! has sent it: another one may go on with the job.
 
-use crate::service::farm::connection::Broker;
+use crate::service::farm::connection::{Broker, RETRY_AFTER};
 use crate::service::farm::names::CANCELS;
 use futures_util::StreamExt;
 use lru::LruCache;
@@ -9,13 +9,10 @@ use parking_lot::Mutex;
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
-use std::time::Duration;
 use strahl::render::Control;
 
 /// Coordinators that are remembered: those whose pieces may still be on their way.
 const REMEMBERED: NonZeroUsize = NonZeroUsize::new(4_096).expect("it is not 0");
-/// Time until the broker is asked again after an error.
-const AGAIN: Duration = Duration::from_secs(1);
 
 /// The coordinators, and what runs here.
 #[derive(Debug, Clone)]
@@ -78,7 +75,7 @@ impl Cancels {
                     }
                 }
             }
-            tokio::time::sleep(AGAIN).await;
+            tokio::time::sleep(RETRY_AFTER).await;
         }
     }
 }
