@@ -32,6 +32,8 @@ pub struct World<R> {
     pub materials: Vec<Material<R>>,
     /// Lights.
     pub lights: Vec<Light<R>>,
+    /// Whether more were left out since an opaque body hides them from all that is seen. Without shadows they would light it.
+    pub hides_lights: bool,
     /// I_a.
     pub ambient: [R; 3],
     /// The same for what catches shadows, which light from all around reaches without rays, also with global illumination.

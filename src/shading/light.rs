@@ -44,6 +44,17 @@ pub enum Area<R> {
     },
 }
 
+impl<R: Real> Area<R> {
+    /// How far it reaches from its middle at most.
+    pub fn reach(&self) -> f64 {
+        let length = |edge: [R; 3]| DVec3::from_array(edge.map(Real::to_f64)).length();
+        match *self {
+            Self::Disc { radius } => radius.to_f64(),
+            Self::Parallelogram { u, v } => 0.5 * (length(u) + length(v)),
+        }
+    }
+}
+
 /// Where light comes from, in each lane.
 #[derive(Debug, Clone, Copy)]
 pub enum Place<L: Lanes> {

@@ -3,30 +3,26 @@
 use super::camera::{camera_of, edges_of};
 use super::ceiling::ceiling;
 use super::effects::{casts_no_shadow, derive_flags, disperses};
-use super::emitters::emitters;
 use super::geometries::Builder;
 use super::known::Known;
+use super::light_from_around::LightFromAround;
 use super::lights::light;
 use super::materials::narrow_rgb;
 use super::pbr;
-use super::surroundings::{seen_around, surroundings};
 use super::{CompileOptions, Sources, contact, prune};
 use crate::accel::{Blockers, Bounds};
 use crate::bound::ceiling::Ceiling;
 use crate::camera::Basis;
 use crate::film::Display;
 use crate::lanes::Real;
-use crate::math::Rgb;
 use crate::scene::description::{self as d, Description, Shadows};
 use crate::scene::effects::{Effect, SceneEffects};
 use crate::scene::light_cells::LightCells;
 use crate::scene::pictures::Pictures;
 use crate::scene::usage::{FAR_AWAY, Pointers, TINY};
-use crate::scene::world::{Pruning, Rules, World, shows};
-use crate::shading::bright_directions::BrightDirections;
+use crate::scene::world::{Pruning, Rules, World};
 use crate::shading::fog::{Fog, Height};
 use crate::shading::light::Light;
-use crate::shading::material::Material;
 use crate::shading::spectrum::Spectrum;
 use std::sync::Arc;
 
@@ -46,9 +42,7 @@ pub(super) fn build<R: Real>(
 ) -> (World<R>, Built) {
     let basis = Basis::new(&description.camera.view()).unwrap_or_else(|| unreachable!("the camera has been checked"));
     let camera = camera_of(&description.camera, &basis, description.image.width, description.image.height);
-    let lit_before = known.and_then(|world| Some((world.environment.as_ref()?, world.surroundings.as_ref()?)));
-    let known = known.map(Known::new);
-    let mut builder = Builder::<R>::new(description, options, pictures, camera, known);
+    let mut builder = Builder::<R>::new(description, options, pictures, camera, known.map(Known::new));
     let list = builder.list("/objects".to_owned());
     let root = builder.geometry(&description.objects, list);
     contact::mark_placed(&mut builder.geometries);
@@ -60,42 +54,18 @@ pub(super) fn build<R: Real>(
     builder.usage.far_away = size > 0.0 && extent > 0.0 && size > FAR_AWAY * extent;
     let render = &description.render;
     let fog = description.fog.as_ref().map(fog).filter(|fog| fog.density > R::from_f64(0.0));
-    let (background, mut environment) = seen_around(description, pictures);
-    let is_uniform = environment.is_none();
     builder.usage.enclosed = builder.occluded.eye_is_enclosed;
-    if builder.usage.enclosed {
-        environment = None;
-    }
-    let lights_surfaces = description.environment.as_ref().is_some_and(|e| e.light == d::EnvironmentLight::Fast);
-    let global_illumination = pbr::wants_global_illumination(render);
-    let catches = builder.materials.iter().any(Material::catches_shadows);
+    let around =
+        LightFromAround::new(description, pictures, &builder.materials, builder.usage.enclosed, fog.as_ref(), known);
     let fades = builder.materials.iter().any(|m| m.pbr.as_ref().is_some_and(|pbr| pbr.edge_fade > 0.0));
-    // What catches shadows has no rays of its own for the light from around.
-    // Inside of bodies is no fog.
-    let in_the_open = builder.materials.iter().all(|m| !m.transmits() && !shows(m.absorption));
-    let is_hidden = in_the_open && fog.as_ref().is_some_and(|fog| fog.height.is_none());
-    let without_rays = if global_illumination { catches && !is_hidden } else { lights_surfaces };
-    let surroundings =
-        environment.as_ref().filter(|_| without_rays).map(|map| surroundings(map, &builder.materials, lit_before));
-    // Fog hides the surroundings from rays, not the light that surfaces have without rays.
-    if is_hidden {
-        environment = None;
-    }
-    // Fog would fade the light on its way.
-    let looked_for = global_illumination && fog.is_none();
-    let bright = environment.as_ref().filter(|_| looked_for).map(|map| Arc::new(BrightDirections::new(map)));
-    let emitters = looked_for.then(|| emitters(description, &builder.materials)).flatten().map(Arc::new);
-    // One of one color is ambient light, which rays bring with global illumination.
-    let around = if is_uniform && !builder.usage.enclosed { background } else { Rgb::ZERO };
-    let ambient = match (global_illumination, lights_surfaces) {
-        (true, _) => Rgb::ZERO,
-        (false, true) => description.ambient.0 + around,
-        (false, false) => description.ambient.0,
-    };
     if let Some((materials, moves)) = builder.occluded.usage(&builder.geometries, builder.materials.len()) {
         (builder.usage.materials, builder.usage.moves) = (materials, moves);
     }
-    let lights: Vec<Light<R>> = description.lights.iter().enumerate().map(light).collect();
+    // Where shadows are asked for, lights behind a wall reach nothing that is seen.
+    let shines_through = render.shadows == Shadows::None;
+    let is_seen = |light: &Light<R>| shines_through || !builder.occluded.hides_light(light);
+    let lights: Vec<Light<R>> = description.lights.iter().enumerate().map(light).filter(is_seen).collect();
+    let hides_lights = lights.len() < description.lights.len();
     let mut world = World {
         geometries: match &builder.known {
             Some(known) => known.share(builder.geometries),
@@ -108,16 +78,17 @@ pub(super) fn build<R: Real>(
         spectrum: None,
         materials: builder.materials,
         lights,
-        ambient: narrow_rgb(ambient),
-        ambient_of_catchers: narrow_rgb(if global_illumination { around } else { ambient }),
-        background: narrow_rgb(background),
+        hides_lights,
+        ambient: narrow_rgb(around.ambient),
+        ambient_of_catchers: narrow_rgb(around.ambient_of_catchers),
+        background: narrow_rgb(around.background),
         transparent: description.film.background != d::FilmBackground::Scene,
         behind: display(&description.film).radiance_behind().map(|color| color.map(R::from_f64)),
         display: display(&description.film),
-        environment,
-        surroundings,
-        bright_directions: bright,
-        emitters,
+        environment: around.environment,
+        surroundings: around.surroundings,
+        bright_directions: around.bright_directions,
+        emitters: around.emitters,
         fog,
         edges: if fades {
             edges_of(&description.camera, description.image.width, description.image.height)
@@ -134,8 +105,8 @@ pub(super) fn build<R: Real>(
                 Shadows::None => None,
             },
             colors_shadows: render.shadows == Shadows::Transmissive,
-            color_bleeding: render.color_bleeding && !global_illumination,
-            global_illumination,
+            color_bleeding: render.color_bleeding && !pbr::wants_global_illumination(render),
+            global_illumination: pbr::wants_global_illumination(render),
             filter_checkers: render.filter_checkers,
             spd_counts: options.spd_counts,
         },
@@ -155,7 +126,9 @@ pub(super) fn build<R: Real>(
     world.rules.finish(render, &world.ceiling.reach);
     prune::remove_unlit(&mut world);
     // By the counting rules of the SPD shadow rays are traced, needed or not.
-    if !options.spd_counts && (!world.is_lit() || casts_no_shadow(description, &world).is_some()) {
+    let is_unshadowed = || !world.is_lit() || casts_no_shadow(description, &world).is_some();
+    // What hides lights is a shadow, too.
+    if !options.spd_counts && !world.hides_lights && is_unshadowed() {
         world.rules.shadows = None;
     }
     derive_flags(&mut world);

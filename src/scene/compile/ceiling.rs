@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::scene::description::{Accuracy, DEFAULT_MAX_DEPTH, Description, Fidelity};
 use crate::scene::problem::push_token;
 use crate::scene::world::World;
-use crate::shading::light::{Area, Falloff, Light, Source};
+use crate::shading::light::{Falloff, Light, Source};
 use crate::shading::lobes::BRIGHTEST;
 use crate::shading::material::{Fresnel, Material};
 use crate::shading::texture::checker::BaseColor;
@@ -123,14 +123,7 @@ pub(super) fn of_light<R: Real>(world: &World<R>, light: &Light<R>, measured: bo
             Falloff::Linear { .. } | Falloff::InverseSquare | Falloff::Windowed { .. },
             Source::Point { position } | Source::Spot { position, .. },
         ) => {
-            let reach = match light.area {
-                None => 0.0,
-                Some(Area::Disc { radius }) => radius.to_f64(),
-                Some(Area::Parallelogram { u, v }) => {
-                    let length = |e: [R; 3]| e.map(Real::to_f64).iter().map(|x| x * x).sum::<f64>().sqrt();
-                    0.5 * (length(u) + length(v))
-                }
-            };
+            let reach = light.area.map_or(0.0, |area| area.reach());
             let nearest =
                 least_distances(&world.geometries, world.root, position.map(Real::to_f64), world.materials.len());
             let strength = |distance: f64| {

@@ -12,6 +12,7 @@ mod equal_meshes;
 mod extent;
 mod geometries;
 mod known;
+mod light_from_around;
 mod lights;
 mod materials;
 mod memory;

@@ -1,4 +1,5 @@
-//! Bodies and surroundings that no ray of a picture can reach: an opaque ball, box or half-space is between them and the eye.
+//! Bodies, surroundings and lights that no ray of a picture can reach: an opaque ball, box or half-space is between them and the
+//! eye.
 //!
 //! It is proved for bodies as they are written, with room for every rounding. Rays asked for by themselves may start anywhere, so
 //! hidden bodies stay in the scene; only effects do not count them.
@@ -10,6 +11,7 @@ use crate::accel::{Bounds, Extent, Geometry, Item, Shape};
 use crate::lanes::Real;
 use crate::scene::description::Description;
 use crate::scene::usage::Used;
+use crate::shading::light::{Light, Source};
 use crate::shading::material::Material;
 use crate::shape::Sides;
 use glam::DVec3;
@@ -26,6 +28,8 @@ pub(super) struct Occluded {
     items: Vec<usize>,
     /// Indices of those that the eye may be inside of, in order.
     around_eye: Vec<usize>,
+    /// Bodies that no ray passes, and whether the eye is inside of them or behind.
+    walls: Vec<(Wall, bool)>,
     /// Whether the eye is in a closed room.
     pub(super) eye_is_enclosed: bool,
 }
@@ -45,9 +49,7 @@ pub(super) fn occluded<R: Real>(
     let around = walls().filter(|wall| wall.contains(around_eye)).map(|wall| (wall, true));
     let beside = walls().filter(|wall| wall.excludes(around_eye)).map(|wall| (wall, false));
     let walls: Vec<(Wall, bool)> = around.take(MOST_WALLS).chain(beside.take(MOST_WALLS)).collect();
-    let hides = |bounds: Bounds| {
-        walls.iter().any(|(wall, has_eye)| if *has_eye { wall.excludes(bounds) } else { wall.contains(bounds) })
-    };
+    let hides = |bounds| walls.iter().any(|(wall, has_eye)| wall.divides(bounds, *has_eye));
     let boxes: Vec<Option<Bounds>> =
         items.iter().zip(extents).map(|(item, extent)| contact::bounds(item, extent)).collect();
     let beside_eye = |(item, bounds): (&Item<R>, Option<Bounds>)| match Wall::of(item) {
@@ -58,11 +60,27 @@ pub(super) fn occluded<R: Real>(
     Occluded {
         items: numbered().filter(|(_, (_, bounds))| bounds.is_some_and(hides)).map(|(index, _)| index).collect(),
         around_eye: numbered().filter(|(_, each)| !beside_eye(*each)).map(|(index, _)| index).collect(),
+        walls,
         eye_is_enclosed: Enclosures::new(geometries, materials).around(items, around_eye),
     }
 }
 
 impl Occluded {
+    /// Whether no shadow ray from what is seen gets to a light: it would have to pass one of the walls.
+    pub(super) fn hides_light<R: Real>(&self, light: &Light<R>) -> bool {
+        let vector = |v: [R; 3]| DVec3::from_array(v.map(Real::to_f64));
+        let reach = light.area.map_or(0.0, |area| area.reach());
+        match light.source {
+            Source::Point { position } | Source::Spot { position, .. } => {
+                let around = Bounds::around([vector(position)]).grown(reach);
+                self.walls.iter().any(|(wall, has_eye)| wall.divides(around, *has_eye))
+            }
+            Source::Directional { to_light } => {
+                self.walls.iter().any(|(wall, has_eye)| wall.hides_sky(vector(to_light), reach, *has_eye))
+            }
+        }
+    }
+
     /// How materials are used, and whether anything moves, but for what is hidden; `None` if nothing is, nor around the eye.
     pub(super) fn usage<R: Real>(&self, geometries: &[Geometry<R>], materials: usize) -> Option<(Vec<Used>, bool)> {
         if self.items.is_empty() && self.around_eye.is_empty() {
@@ -107,6 +125,7 @@ pub(super) fn is_opaque<R: Real>(materials: &[Material<R>], item: &Item<R>) -> b
 }
 
 /// A body that no ray passes.
+#[derive(Debug)]
 pub(super) enum Wall {
     Ball { center: DVec3, radius: f64 },
     Block(Bounds),
@@ -131,6 +150,22 @@ impl Wall {
     /// Whether nothing beyond it can be seen from inside.
     pub(super) fn closes(&self) -> bool {
         !matches!(self, Self::HalfSpace { .. })
+    }
+
+    /// Whether it is between an eye and all of a box, given on which side the eye is.
+    fn divides(&self, bounds: Bounds, has_eye: bool) -> bool {
+        if has_eye { self.excludes(bounds) } else { self.contains(bounds) }
+    }
+
+    /// Whether it is between an eye and a light in the sky, which is as wide as a disc of the radius `reach` at the distance 1.
+    fn hides_sky(&self, to_light: DVec3, reach: f64, has_eye: bool) -> bool {
+        match self {
+            Self::HalfSpace { normal, .. } => {
+                let outward = if has_eye { normal.dot(to_light) } else { -normal.dot(to_light) };
+                outward > reach + ROUNDING_MARGIN
+            }
+            Self::Ball { .. } | Self::Block(_) => has_eye,
+        }
     }
 
     /// Whether all of a box is clearly inside, or behind.

@@ -35,8 +35,6 @@ pub(super) fn remove_unlit<R: Real>(world: &mut World<R>) {
     if world.rules.spd_counts {
         return;
     }
-    let receives =
-        |material: &Material<R>| scatters(material) || shows(material.specular) || material.catches_shadows();
     let scattered = world.has_material(|material, _| receives(material));
     let measured = can_measure_reach(world);
     let arrives = |light: &Light<R>| match light.falloff {
@@ -78,6 +76,11 @@ fn forget_ambient<R: Real>(material: &mut Material<R>) {
     if let Some(textures) = &mut material.textures {
         (textures.ambient, textures.own_ambient) = (None, true);
     }
+}
+
+/// Whether it shows the light of lights.
+pub(super) fn receives<R: Real>(material: &Material<R>) -> bool {
+    scatters(material) || shows(material.specular) || material.catches_shadows()
 }
 
 pub(super) fn scatters<R: Real>(material: &Material<R>) -> bool {

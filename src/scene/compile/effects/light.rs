@@ -4,6 +4,7 @@ use super::rule::{EffectReason, Facts, OfMaterial, Rule, black, is_some};
 use super::self_shadowing::casts_no_shadow;
 use crate::accel::{Blockers, Shape};
 use crate::lanes::Real;
+use crate::scene::compile::prune::receives;
 use crate::scene::description::Diffuse;
 use crate::scene::description::{self as d, Checker, EnvironmentLight, Falloff, Gradient, Light, Noise, Shadows};
 use crate::scene::effects::Effect;
@@ -155,9 +156,15 @@ fn of_lights<R: Real>(of: &OfMaterial<R>, facts: &Facts<'_, R>, on: bool) -> Eff
     if reason.asked && !on && !facts.world.is_lit() { no_light(facts) } else { reason }
 }
 
-fn no_light<R>(facts: &Facts<'_, R>) -> EffectReason {
-    let shines = facts.description.lights.iter().any(Light::shines);
-    EffectReason::asked_at(if shines { "no surface scatters the light" } else { "no light shines" }, "/lights")
+fn no_light<R: Real>(facts: &Facts<'_, R>) -> EffectReason {
+    let reason = if !facts.description.lights.iter().any(Light::shines) {
+        "no light shines"
+    } else if facts.world.has_material(|material, _| receives(material)) {
+        "no light gets to a surface that is seen"
+    } else {
+        "no surface scatters the light"
+    };
+    EffectReason::asked_at(reason, "/lights")
 }
 
 fn diffuse<R: Real>(facts: &Facts<'_, R>, on: bool) -> EffectReason {
@@ -330,7 +337,7 @@ pub(super) fn by_light<R>(
     match (on, pointers.is_empty()) {
         (true, _) => EffectReason::asked(why_on, pointers),
         (false, false) if facts.description.lights.iter().any(|light| asks(light) && light.shines()) => {
-            EffectReason::asked("no surface scatters the light, or it ends before any", pointers)
+            EffectReason::asked("no surface scatters the light, or it gets to none that is seen", pointers)
         }
         (false, false) => EffectReason::asked(black, pointers),
         (false, true) => EffectReason::off(off),

@@ -59,8 +59,12 @@ pub(super) fn table<R: Real>(facts: &Facts<'_, R>) -> Vec<Entry> {
     table
 }
 
-/// Takes an effect out of a world; false where that would make another scene of it, as with hollow bodies.
+/// Takes an effect out of a world; false where that would make another scene of it, as with hollow bodies, and with shadows that hide lights which are
+/// not there any more.
 pub(super) fn remove<R: Real>(effect: Effect, world: &mut World<R>) -> bool {
+    if effect == Effect::Shadows && world.hides_lights {
+        return false;
+    }
     let rules = rules();
     let Some(remove) = rules.iter().find(|rule| rule.effect == effect).and_then(|rule| rule.remove) else {
         return false;

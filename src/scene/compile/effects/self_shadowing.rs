@@ -13,7 +13,7 @@ use crate::scene::compile::occluded::ROUNDING_MARGIN;
 use crate::scene::description::{Description, Shadows};
 use crate::scene::world::World;
 use crate::scene::world::shows;
-use crate::shading::light::{Area, Light, Source};
+use crate::shading::light::{Light, Source};
 use crate::shape::Sides;
 use glam::DVec3;
 
@@ -38,7 +38,11 @@ pub(in crate::scene::compile) fn casts_no_shadow<'w, R: Real>(
         world.lights.iter().filter(|light| shows(light.color)).all(|light| match middle(light) {
             // Of parallel light the same product says which side is lit and where its rays go.
             None => true,
-            Some(middle) => off(middle) > reach(light) + ROUNDING_MARGIN * (size + middle.abs().max_element()),
+            Some(middle) => {
+                off(middle)
+                    > light.area.map_or(0.0, |area| area.reach())
+                        + ROUNDING_MARGIN * (size + middle.abs().max_element())
+            }
         })
     };
     let outside = |off: f64, size: f64| {
@@ -84,15 +88,5 @@ fn middle<R: Real>(light: &Light<R>) -> Option<DVec3> {
             Some(DVec3::from_array(position.map(Real::to_f64)))
         }
         Source::Directional { .. } => None,
-    }
-}
-
-/// How far a light's area reaches from its middle.
-fn reach<R: Real>(light: &Light<R>) -> f64 {
-    let length = |edge: [R; 3]| DVec3::from_array(edge.map(Real::to_f64)).length();
-    match light.area {
-        None => 0.0,
-        Some(Area::Disc { radius }) => radius.to_f64(),
-        Some(Area::Parallelogram { u, v }) => 0.5 * (length(u) + length(v)),
     }
 }

@@ -234,6 +234,62 @@ fn of_lights() -> Vec<Trap> {
     traps
 }
 
+/// Lights below the floor, or outside of a room.
+fn of_hidden_lights() -> Vec<Trap> {
+    let room = json!({ "box": { "min": [-6, -6, -6], "max": [6, 6, 6], "material": "m" } });
+    let bumps = json!({ "m": { "bump": { "height": 0.3, "texture": { "noise": { "size": 0.2 } } } } });
+    let surroundings = [
+        json!({}),
+        json!({ "objects+": [room] }),
+        json!({ "materials": bumps }),
+        json!({ "objects+": [room], "materials": bumps }),
+    ];
+    let lights = |place: [f64; 3], up: f64| {
+        let area = |area: Value| json!({ "point": { "position": place, "area": area } });
+        [
+            ("soft_shadows", area(json!({ "disc": { "radius": 0.8 } }))),
+            ("soft_shadows", area(json!({ "parallelogram": { "u": [0.5, 0, 0], "v": [0, 0.5, 0.5] } }))),
+            ("spot_lights", json!({ "spot": { "position": place, "direction": [0, up, 0], "outer_deg": 40 } })),
+            ("light_falloff", json!({ "point": { "position": place, "falloff": "inverse_square", "intensity": 4 } })),
+        ]
+    };
+    let sky = |up: f64| {
+        let area = json!({ "angle_deg": 20 });
+        ("soft_shadows", json!({ "directional": { "direction": [1, up, -1], "area": area } }))
+    };
+    let mut traps = Vec::new();
+    for around in &surroundings {
+        let is_room = around.get("objects+").is_some();
+        let places =
+            if is_room { vec![[-2.0, 9.0, 2.0], [8.0, 2.0, 2.0]] } else { vec![[-2.0, -4.0, 2.0], [9.0, -2.5, -40.0]] };
+        for place in places {
+            // The sun shines where there is no room.
+            let hidden = lights(place, 1.0).into_iter().chain([sky(if is_room { -2.0 } else { 2.0 })]);
+            let shown = lights([-2.0, 3.0, 2.0], -1.0).into_iter().chain([sky(-2.0)]);
+            for ((effect, hidden), (_, light)) in hidden.zip(shown) {
+                let with = |light: Value, around: &Value| {
+                    let mut scene = around.clone();
+                    scene["lights+"] = json!([light]);
+                    scene
+                };
+                let is_sky = hidden.get("directional").is_some();
+                let open = if is_sky && is_room {
+                    json!({ "materials": around.get("materials").cloned().unwrap_or(json!({})) })
+                } else {
+                    around.clone()
+                };
+                traps.push(Trap {
+                    effect,
+                    asked: with(hidden, around),
+                    without: around.clone(),
+                    shown: with(light, &open),
+                });
+            }
+        }
+    }
+    traps
+}
+
 fn of_surfaces() -> Vec<Trap> {
     let patterns = [
         ("checker_texture", json!({ "checker": { "a": 0.5, "b": 0.25, "size": 0.5, "axes": "xyz" } }), "checker"),
@@ -418,11 +474,19 @@ fn of_surroundings() -> Vec<Trap> {
 
 #[test]
 fn what_shows_nothing_is_off_and_a_little_more_switches_it_on() {
-    let traps: Vec<Trap> =
-        [of_sheets(), hidden(), of_lights(), of_surfaces(), of_pictures(), of_rays(), of_surroundings()]
-            .into_iter()
-            .flatten()
-            .collect();
+    let traps: Vec<Trap> = [
+        of_sheets(),
+        hidden(),
+        of_lights(),
+        of_hidden_lights(),
+        of_surfaces(),
+        of_pictures(),
+        of_rays(),
+        of_surroundings(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     let mut scenes = Vec::new();
     for (setting, scene) in settings() {
         for (number, trap) in traps.iter().enumerate() {
