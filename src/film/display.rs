@@ -6,6 +6,8 @@
 
 use super::srgb::Codes8;
 use super::tone::{self, ToneMapping};
+use crate::lanes::{Lanes, MAX_LANES, V3, dispatch};
+use fearless_simd::{Level, f64x8};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -27,6 +29,9 @@ impl Default for Display {
         Self { gain: 1.0, tone: ToneMapping::None, backdrop: None }
     }
 }
+
+/// Pixels that one thread shows at a time.
+pub(super) const CHUNK: usize = 1 << 10;
 
 /// Most radiance that is told apart. It is far beyond white for every exposure that scenes may name.
 const MOST: f64 = 1e30;
@@ -81,17 +86,30 @@ impl Display {
     /// The linear color that is shown for a radiance.
     #[inline(always)]
     pub fn show(&self, radiance: [f32; 3]) -> [f32; 3] {
-        if self.is_plain() { radiance } else { self.changed(radiance) }
+        if self.is_plain() {
+            return radiance;
+        }
+        let [x, y, z] = radiance.map(f64::from);
+        self.changed((), V3 { x, y, z }).lane(0).map(|channel| channel as f32)
     }
 
-    fn changed(&self, radiance: [f32; 3]) -> [f32; 3] {
-        let light = radiance.map(|channel| self.expose(channel));
-        let shown = match self.tone {
+    #[inline(always)]
+    fn changed<L: Lanes<Real = f64>>(&self, s: L::Simd, radiance: V3<L>) -> V3<L> {
+        let light =
+            V3 { x: self.exposed(s, radiance.x), y: self.exposed(s, radiance.y), z: self.exposed(s, radiance.z) };
+        match self.tone {
             ToneMapping::None => light,
-            ToneMapping::KhronosPbrNeutral => tone::khronos_pbr_neutral(light),
-            ToneMapping::Agx => tone::agx(light),
-        };
-        shown.map(|channel| channel as f32)
+            ToneMapping::KhronosPbrNeutral => tone::khronos_pbr_neutral(s, light),
+            ToneMapping::Agx => tone::agx(s, light),
+        }
+    }
+
+    /// [`Self::show`] of many radiances, over lanes: the same bits.
+    pub(super) fn show_each(&self, radiance: &[[f32; 3]], shown: &mut [[f32; 3]]) {
+        if self.is_plain() {
+            return shown.copy_from_slice(radiance);
+        }
+        dispatch!(Level::new(), show_over_lanes::<f64x8, f64>(self, radiance, shown));
     }
 
     /// The linear colors that are shown for many radiances, by the current rayon pool.
@@ -99,7 +117,10 @@ impl Display {
         if self.is_plain() {
             return Cow::Borrowed(radiance);
         }
-        Cow::Owned(radiance.par_iter().with_min_len(1 << 10).map(|pixel| self.show(*pixel)).collect())
+        let mut shown = vec![[0.0; 3]; radiance.len()];
+        let chunks = radiance.par_chunks(CHUNK).zip(shown.par_chunks_mut(CHUNK));
+        chunks.for_each(|(radiance, shown)| self.show_each(radiance, shown));
+        Cow::Owned(shown)
     }
 
     /// The lowest and the highest color that is shown for a radiance between `low` and `high`, channel by channel.
@@ -156,10 +177,38 @@ impl Display {
     }
 
     pub(super) fn expose(&self, channel: f32) -> f64 {
-        // Not `clamp`, since NaN is to become black.
-        let light = f64::from(channel) * self.gain;
-        if light > 0.0 { light.min(MOST) } else { 0.0 }
+        self.exposed((), f64::from(channel))
     }
+
+    #[inline(always)]
+    fn exposed<L: Lanes<Real = f64>>(&self, s: L::Simd, channel: L) -> L {
+        let (zero, light) = (L::lit(s, 0.0), channel * L::lit(s, self.gain));
+        // NaN becomes black.
+        L::select(light.gt(zero), light.min(L::lit(s, MOST)), zero)
+    }
+}
+
+fn show_over_lanes<L: Lanes<Real = f64>>(s: L::Simd, display: &Display, radiance: &[[f32; 3]], shown: &mut [[f32; 3]]) {
+    L::vectorize(
+        s,
+        #[inline(always)]
+        || {
+            for (radiance, shown) in radiance.chunks(L::COUNT).zip(shown.chunks_mut(L::COUNT)) {
+                let [mut red, mut green, mut blue] = [[0.0; MAX_LANES]; 3];
+                for (lane, [r, g, b]) in radiance.iter().enumerate() {
+                    (red[lane], green[lane], blue[lane]) = (f64::from(*r), f64::from(*g), f64::from(*b));
+                }
+                let color = V3 { x: L::load(s, &red), y: L::load(s, &green), z: L::load(s, &blue) };
+                let color = display.changed(s, color);
+                color.x.store(&mut red);
+                color.y.store(&mut green);
+                color.z.store(&mut blue);
+                for (lane, pixel) in shown.iter_mut().enumerate() {
+                    *pixel = [red[lane] as f32, green[lane] as f32, blue[lane] as f32];
+                }
+            }
+        },
+    );
 }
 
 #[cfg(test)]
@@ -232,6 +281,29 @@ pub(super) mod tests {
                 assert!(ends.as_flattened().iter().all(|end| end.is_finite()), "{tone:?} {odd} {ends:?}");
             }
             assert_eq!(display.codes([0.0; 3]), [0; 3], "{tone:?}");
+        }
+    }
+
+    #[test]
+    fn many_are_shown_as_each_alone() {
+        for tone in CURVES {
+            let display = Display::new(0.7, tone);
+            for count in [1, 7, 8, 1_003] {
+                let light = |i: u64| match i % 97 {
+                    0 => f32::NAN,
+                    1 => f32::INFINITY,
+                    2 => -1.0,
+                    _ => crate::math::pow(2.0, f64::from(24.0 * noise(i) - 16.0)) as f32,
+                };
+                let radiance: Vec<[f32; 3]> =
+                    (0..count).map(|i| [light(3 * i), light(3 * i + 1), light(3 * i + 2)]).collect();
+                let mut shown = vec![[0.0; 3]; radiance.len()];
+                display.show_each(&radiance, &mut shown);
+                let alone: Vec<[f32; 3]> = radiance.iter().map(|radiance| display.show(*radiance)).collect();
+                let bits =
+                    |colors: &[[f32; 3]]| -> Vec<u32> { colors.as_flattened().iter().map(|c| c.to_bits()).collect() };
+                assert_eq!(bits(&shown), bits(&alone), "{tone:?}");
+            }
         }
     }
 

@@ -19,6 +19,7 @@ mod tone;
 mod web_formats;
 
 pub use adjust::{Adjustment, Tone};
+use display::CHUNK;
 pub use display::Display;
 pub use encode::{Codes, encode};
 pub use exr::encode_with as encode_exr_with;
@@ -82,7 +83,7 @@ impl Region {
     }
 
     /// The pixels, row by row.
-    pub fn iter(self) -> impl Iterator<Item = [u32; 2]> {
+    pub fn iter(self) -> impl Iterator<Item = [u32; 2]> + Clone {
         (self.y..self.y + self.height).flat_map(move |y| (self.x..self.x + self.width).map(move |x| [x, y]))
     }
 
@@ -133,11 +134,15 @@ impl Film {
             return self.display.all(&self.pixels);
         }
         let backdrop = self.display.backdrop().unwrap_or_default();
-        let over = |(pixel, alpha): (&[f32; 3], &f32)| -> [f32; 3] {
-            let shown = self.display.show_part(*pixel, *alpha);
-            std::array::from_fn(|c| shown[c] + backdrop[c] * (1.0 - alpha))
-        };
-        Cow::Owned(self.pixels.par_iter().with_min_len(1 << 10).zip(&self.alpha).map(over).collect())
+        let mut shown = vec![[0.0; 3]; self.pixels.len()];
+        let chunks = self.pixels.par_chunks(CHUNK).zip(self.alpha.par_chunks(CHUNK)).zip(shown.par_chunks_mut(CHUNK));
+        chunks.for_each(|((pixels, alpha), shown)| {
+            self.display.show_each_part(pixels, alpha, shown);
+            for (shown, alpha) in shown.iter_mut().zip(alpha) {
+                *shown = std::array::from_fn(|c| shown[c] + backdrop[c] * (1.0 - alpha));
+            }
+        });
+        Cow::Owned(shown)
     }
 
     /// The alpha that files of codes have; none where they have none.
@@ -151,14 +156,17 @@ impl Film {
     fn straight(&self) -> (Vec<[f32; 3]>, Vec<f32>) {
         let mut colors = vec![[0.0; 3]; self.pixels.len()];
         let mut alphas = vec![0.0; self.alpha.len()];
-        let own = self.pixels.par_iter().zip(&self.alpha).with_min_len(1 << 10);
-        own.zip(&mut colors).zip(&mut alphas).for_each(|(((pixel, alpha), color), raised)| {
-            let shown = self.display.show_part(*pixel, *alpha);
-            *raised = part::raised(*alpha, shown);
-            if *raised > 0.0 {
-                *color = shown.map(|channel| channel / *raised);
-            }
-        });
+        let own = self.pixels.par_chunks(CHUNK).zip(self.alpha.par_chunks(CHUNK));
+        own.zip(colors.par_chunks_mut(CHUNK)).zip(alphas.par_chunks_mut(CHUNK)).for_each(
+            |(((pixels, alpha), colors), alphas)| {
+                self.display.show_each_part(pixels, alpha, colors);
+                for ((color, alpha), raised) in colors.iter_mut().zip(alpha).zip(alphas) {
+                    *raised = part::raised(*alpha, *color);
+                    let by = *raised;
+                    *color = color.map(|channel| if by > 0.0 { channel / by } else { 0.0 });
+                }
+            },
+        );
         (colors, alphas)
     }
 

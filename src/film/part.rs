@@ -37,6 +37,26 @@ impl Display {
         std::array::from_fn(|c| (all[c] - of_white[c] + surface[c].min(1.0) * alpha).max(0.0))
     }
 
+    /// [`Self::show_part`] of many pixels: what is no brighter than its share over lanes, the same bits.
+    pub(super) fn show_each_part(&self, radiance: &[[f32; 3]], alpha: &[f32], shown: &mut [[f32; 3]]) {
+        if self.is_linear() {
+            return self.show_each(radiance, shown);
+        }
+        let is_surface = |radiance: [f32; 3], alpha: f32| alpha > 0.0 && self.brightest(radiance) <= alpha;
+        let surface = |(radiance, alpha): (&[f32; 3], &f32)| match is_surface(*radiance, *alpha) {
+            true => radiance.map(|channel| channel / alpha),
+            false => [0.0; 3],
+        };
+        let surfaces: Vec<[f32; 3]> = radiance.iter().zip(alpha).map(surface).collect();
+        self.show_each(&surfaces, shown);
+        for ((shown, radiance), alpha) in shown.iter_mut().zip(radiance).zip(alpha) {
+            *shown = match is_surface(*radiance, *alpha) {
+                true => shown.map(|channel| channel.min(1.0) * alpha),
+                false => self.show_part(*radiance, *alpha),
+            };
+        }
+    }
+
     /// The lowest and the highest of [`Self::show_part`] for a radiance between `low` and `high`, and an alpha between `least` and
     /// `alpha`.
     pub(crate) fn ends_of_part(&self, low: [f32; 3], high: [f32; 3], least: f32, alpha: f32) -> [[f32; 2]; 3] {
@@ -139,6 +159,22 @@ mod tests {
                         "{ends:?} {shown:?}"
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn many_parts_are_shown_as_each_alone() {
+        for tone in CURVES {
+            let display = Display::new(0.5, tone);
+            let alpha: Vec<f32> = (0..1_000).map(|i| if i % 7 == 0 { 0.0 } else { noise(i) }).collect();
+            let light =
+                |i: u64, c: u64| if i.is_multiple_of(14) { 0.0 } else { 1.5 * alpha[i as usize] * noise(3 * i + c) };
+            let radiance: Vec<[f32; 3]> = (0..1_000).map(|i| [light(i, 0), light(i, 1), light(i, 2)]).collect();
+            let mut shown = vec![[0.0; 3]; 1_000];
+            display.show_each_part(&radiance, &alpha, &mut shown);
+            for i in 0..1_000 {
+                assert_eq!(shown[i], display.show_part(radiance[i], alpha[i]), "{tone:?} {i}");
             }
         }
     }

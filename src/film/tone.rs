@@ -3,7 +3,7 @@
 //! Each curve comes twice: for a color, and for an interval of each channel of a color. The second follows the first step
 //! by step, and every step grows or falls in each of its inputs, so its ends are those of the inputs.
 
-use crate::lanes::{Lanes, log2, power};
+use crate::lanes::{Lanes, Mask, V3, log2, power};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,21 +37,26 @@ const START: f64 = 0.8 - 0.04;
 const DESATURATION: f64 = 0.15;
 
 /// Khronos PBR Neutral Tone Mapper, specification 1.0.
-pub(super) fn khronos_pbr_neutral(color: [f64; 3]) -> [f64; 3] {
-    let [r, g, b] = color;
-    let offset = fresnel(r.min(g).min(b));
-    let color = color.map(|channel| channel - offset);
-    let peak = color[0].max(color[1]).max(color[2]);
-    if peak < START {
+#[inline(always)]
+pub(super) fn khronos_pbr_neutral<L: Lanes<Real = f64>>(s: L::Simd, color: V3<L>) -> V3<L> {
+    let offset = fresnel(s, color.x.min(color.y).min(color.z));
+    let color = color - V3 { x: offset, y: offset, z: offset };
+    let peak = color.x.max(color.y).max(color.z);
+    let bright = peak.ge(L::lit(s, START));
+    if !bright.any() {
         return color;
     }
-    let [new_peak, fade] = compressed(peak);
-    color.map(|channel| new_peak * (channel / peak * (1.0 - fade) + fade))
+    let [new_peak, fade] = compressed(s, peak);
+    let whole = V3 { x: fade, y: fade, z: fade };
+    let shares = V3 { x: color.x / peak, y: color.y / peak, z: color.z / peak };
+    V3::select(bright, (shares * (L::lit(s, 1.0) - fade) + whole) * new_peak, color)
 }
 
 /// The light that a mirroring surface has added to a color with this least channel. It grows with it.
-fn fresnel(least: f64) -> f64 {
-    if least < 0.08 { least - 6.25 * least * least } else { 0.04 }
+#[inline(always)]
+fn fresnel<L: Lanes<Real = f64>>(s: L::Simd, least: L) -> L {
+    let dark = least - L::lit(s, 6.25) * least * least;
+    L::select(least.lt(L::lit(s, 0.08)), dark, L::lit(s, 0.04))
 }
 
 /// What is added to colors with these least channels so that Khronos PBR Neutral takes it away again: `fresnel` of the sum.
@@ -63,10 +68,11 @@ pub fn taken_by_khronos_pbr_neutral<L: Lanes>(s: L::Simd, least: L) -> L {
 }
 
 /// What becomes of the brightest channel, and how much a color fades to white. Both grow with it.
-fn compressed(peak: f64) -> [f64; 2] {
-    let room = 1.0 - START;
-    let new_peak = 1.0 - room * room / (peak + room - START);
-    [new_peak, 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0)]
+#[inline(always)]
+fn compressed<L: Lanes<Real = f64>>(s: L::Simd, peak: L) -> [L; 2] {
+    let (one, room) = (L::lit(s, 1.0), 1.0 - START);
+    let new_peak = one - L::lit(s, room * room) / (peak + L::lit(s, room) - L::lit(s, START));
+    [new_peak, one - one / (L::lit(s, DESATURATION) * (peak - new_peak) + one)]
 }
 
 pub(super) fn khronos_pbr_neutral_ends(color: [Ends; 3]) -> [Ends; 3] {
@@ -74,7 +80,7 @@ pub(super) fn khronos_pbr_neutral_ends(color: [Ends; 3]) -> [Ends; 3] {
     let moved: [Ends; 3] = std::array::from_fn(|c| {
         let end = |own: usize| {
             let others = (0..3).filter(|other| *other != c).map(|other| color[other][1 - own]);
-            color[c][own] - fresnel(others.fold(color[c][own], f64::min))
+            color[c][own] - fresnel((), others.fold(color[c][own], f64::min))
         };
         [end(0).max(0.0), end(1)]
     });
@@ -83,7 +89,7 @@ pub(super) fn khronos_pbr_neutral_ends(color: [Ends; 3]) -> [Ends; 3] {
         return moved.map(outwards);
     }
     let bright = peak.map(|peak| peak.max(START));
-    let [[least, fade_least], [most, fade_most]] = bright.map(compressed);
+    let [[least, fade_least], [most, fade_most]] = bright.map(|peak| compressed((), peak));
     moved.map(|[low, high]| {
         // The share of the peak grows with the channel and falls with the peak; what is shown grows with share and fade.
         let shares = [low / bright[1], (high / bright[0]).min(1.0)];
@@ -114,32 +120,46 @@ const OUTSET: Matrix = [
 const STOPS: Ends = [-12.47393, 4.026069];
 
 /// AgX (Sobotka 2022), as three.js and Filament have it.
-pub(super) fn agx(color: [f64; 3]) -> [f64; 3] {
-    let inset = times(&INSET, times(&TO_REC2020, color));
-    let outset = times(&OUTSET, inset.map(contrast)).map(linearised);
-    times(&FROM_REC2020, outset).map(|channel| channel.clamp(0.0, 1.0))
+#[inline(always)]
+pub(super) fn agx<L: Lanes<Real = f64>>(s: L::Simd, color: V3<L>) -> V3<L> {
+    let (black, white) = (L::lit(s, 0.0), L::lit(s, 1.0));
+    let inset = times(s, &INSET, times(s, &TO_REC2020, color));
+    let inset = V3 { x: contrast(s, inset.x), y: contrast(s, inset.y), z: contrast(s, inset.z) };
+    let outset = times(s, &OUTSET, inset);
+    let outset = V3 { x: linearised(s, outset.x), y: linearised(s, outset.y), z: linearised(s, outset.z) };
+    let shown = times(s, &FROM_REC2020, outset);
+    V3 { x: shown.x.max(black).min(white), y: shown.y.max(black).min(white), z: shown.z.max(black).min(white) }
 }
 
 pub(super) fn agx_ends(color: [Ends; 3]) -> [Ends; 3] {
     let inset = times_ends(&INSET, times_ends(&TO_REC2020, color));
-    let outset = times_ends(&OUTSET, inset.map(|ends| ends.map(contrast))).map(|ends| ends.map(linearised));
+    let outset = times_ends(&OUTSET, inset.map(|ends| ends.map(|end| contrast((), end))))
+        .map(|ends| ends.map(|end| linearised((), end)));
     times_ends(&FROM_REC2020, outset).map(|ends| outwards(ends.map(|channel| channel.clamp(0.0, 1.0))))
 }
 
 /// The logarithm of light within [`STOPS`], through the curve of film: a polynomial by Wrensch (2023), which grows from 0 to
 /// 1.
-fn contrast(light: f64) -> f64 {
-    let x = ((log2((), light.max(1e-10)) - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0);
+#[inline(always)]
+fn contrast<L: Lanes<Real = f64>>(s: L::Simd, light: L) -> L {
+    let stops = log2(s, light.max(L::lit(s, 1e-10))) - L::lit(s, STOPS[0]);
+    let x = (stops / L::lit(s, STOPS[1] - STOPS[0])).max(L::lit(s, 0.0)).min(L::lit(s, 1.0));
     const POLYNOMIAL: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
-    POLYNOMIAL.iter().rev().fold(0.0, |sum, factor| sum * x + factor)
+    let mut sum = L::lit(s, 0.0);
+    for factor in POLYNOMIAL.iter().rev() {
+        sum = sum * x + L::lit(s, *factor);
+    }
+    sum
 }
 
-fn linearised(encoded: f64) -> f64 {
-    power((), encoded.max(0.0), 2.2)
+#[inline(always)]
+fn linearised<L: Lanes<Real = f64>>(s: L::Simd, encoded: L) -> L {
+    power(s, encoded.max(L::lit(s, 0.0)), 2.2)
 }
 
-fn times(rows: &Matrix, v: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|row| (0..3).map(|c| rows[row][c] * v[c]).sum())
+#[inline(always)]
+fn times<L: Lanes<Real = f64>>(s: L::Simd, [x, y, z]: &Matrix, v: V3<L>) -> V3<L> {
+    V3 { x: V3::splat(s, *x).dot(v), y: V3::splat(s, *y).dot(v), z: V3::splat(s, *z).dot(v) }
 }
 
 /// A sum of multiples is least where the factors above 0 meet lower ends, and the others upper ones.
@@ -152,15 +172,23 @@ mod tests {
     use super::*;
     use crate::math;
 
+    fn neutral([x, y, z]: [f64; 3]) -> [f64; 3] {
+        khronos_pbr_neutral((), V3 { x, y, z }).lane(0)
+    }
+
+    fn of_grey(light: f64) -> [f64; 3] {
+        agx((), V3 { x: light, y: light, z: light }).lane(0)
+    }
+
     #[test]
     fn neutral_keeps_dark_colors_and_fades_bright_ones() {
         let close = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
         // Below the start only the offset of 0.04 is taken away.
-        assert!(close(khronos_pbr_neutral([0.5, 0.3, 0.2]), [0.46, 0.26, 0.16]));
-        assert!(close(khronos_pbr_neutral([0.5, 0.3, 0.0]), [0.5, 0.3, 0.0]));
+        assert!(close(neutral([0.5, 0.3, 0.2]), [0.46, 0.26, 0.16]));
+        assert!(close(neutral([0.5, 0.3, 0.0]), [0.5, 0.3, 0.0]));
         // A peak of 1.24 becomes 1 - 0.24^2/(1.24 + 0.24 - 0.76) = 0.92.
-        assert!(close(khronos_pbr_neutral([1.28; 3]), [0.92; 3]));
-        let bright = khronos_pbr_neutral([1e6, 0.0, 0.0]);
+        assert!(close(neutral([1.28; 3]), [0.92; 3]));
+        let bright = neutral([1e6, 0.0, 0.0]);
         assert!(bright.iter().all(|channel| (0.99..=1.0).contains(channel)), "{bright:?}");
     }
 
@@ -169,7 +197,7 @@ mod tests {
         for least in [0.0, 1e-6, 0.01, 0.039, 0.04, 0.3, 0.7] {
             let color = [0.75, least, 0.72];
             let added = taken_by_khronos_pbr_neutral((), least);
-            let shown = khronos_pbr_neutral(color.map(|channel| channel + added));
+            let shown = neutral(color.map(|channel| channel + added));
             assert!(shown.iter().zip(color).all(|(a, b)| (a - b).abs() < 1e-12), "{least}: {shown:?}");
         }
     }
@@ -177,17 +205,17 @@ mod tests {
     #[test]
     fn agx_keeps_greys_grey_and_ends_at_white() {
         for light in [0.0, 1e-4, 0.18, 1.0, 16.0, 1e9] {
-            let [r, g, b] = agx([light; 3]);
+            let [r, g, b] = of_grey(light);
             assert!((r - g).abs() < 2e-3 && (g - b).abs() < 2e-3, "{light}: {r} {g} {b}");
         }
-        let [_, middle, _] = agx([0.18; 3]);
+        let [_, middle, _] = of_grey(0.18);
         assert!((math::linear_to_srgb(middle) - 0.5).abs() < 1e-2, "{middle}");
-        assert!(agx([1e6; 3])[1] > 0.98);
+        assert!(of_grey(1e6)[1] > 0.98);
     }
 
     #[test]
     fn contrast_grows() {
-        let of = |i: i32| contrast(math::pow(2.0, f64::from(i) * 0.01));
+        let of = |i: i32| contrast((), math::pow(2.0, f64::from(i) * 0.01));
         assert!((-1_300..450).all(|i| of(i) <= of(i + 1)));
     }
 }

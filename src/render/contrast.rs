@@ -37,8 +37,17 @@ pub(super) fn codes_over_background(display: &Display, pixels: &[[f32; 3]], alph
 }
 
 fn codes_of_shown_over_background(display: &Display, shown: &[[f32; 3]], alpha: &[f32]) -> Vec<[u8; 3]> {
+    let behind = display.backdrop();
+    let over = |(shown, alpha): (&[f32; 3], &f32)| -> [f32; 3] {
+        let behind = behind.unwrap_or([1.0; 3]);
+        std::array::from_fn(|c| shown[c] + behind[c] * (1.0 - alpha))
+    };
     let shown = shown.par_iter().with_min_len(1 << 12).zip(alpha);
-    shown.map(|(shown, alpha)| shown_over_background(display, *shown, *alpha)).collect()
+    let mut codes = codes_of_shown(&shown.map(over).collect::<Vec<_>>());
+    if behind.is_none() {
+        codes.as_flattened_mut().iter_mut().for_each(|code| *code /= 2);
+    }
+    codes
 }
 
 /// The 8-bit codes of a pixel over the backdrop, or half of those over white: what a page shows behind it will be something between
@@ -115,6 +124,20 @@ pub(crate) fn contrast_in<const N: usize>(codes: &[[u8; N]], around: Region, at:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::ToneMapping;
+
+    #[test]
+    fn codes_over_the_background_are_those_of_each_pixel() {
+        let pixels: Vec<[f32; 3]> = (0..200).map(|i| [0.01 * i as f32, 0.3, 1.0 - 0.004 * i as f32]).collect();
+        let alpha: Vec<f32> = (0..200).map(|i| (i % 11) as f32 / 10.0).collect();
+        let display = Display::new(0.5, ToneMapping::KhronosPbrNeutral);
+        for display in [display, display.over([0.2, 0.4, 0.6])] {
+            let codes = codes_over_background(&display, &pixels, &alpha);
+            for i in 0..200 {
+                assert_eq!(codes[i], over_background(&display, pixels[i], alpha[i]));
+            }
+        }
+    }
 
     #[test]
     fn all_pixels_at_once_and_each_alone_are_the_same() {
