@@ -1,5 +1,6 @@
 //! What glows, as lights that are looked for: the triangles, boxes and balls of materials that glow alike everywhere.
 
+use crate::control;
 use crate::lanes::Real;
 use crate::scene::description::{self as d, Description, Object};
 use crate::scene::transform::affine;
@@ -7,9 +8,12 @@ use crate::scene::world::shows;
 use crate::shading::emitters::{Emitters, Form, Lamp};
 use crate::shading::material::Material;
 use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
 
 /// Most triangles and balls that are looked for, some 100 bytes each. Of more, rays find what glows by chance.
 const MOST: usize = 1 << 20;
+/// Most objects of definitions that are looked at, each time that they are placed. Instances of instances double it with each level.
+const MOST_PLACED: usize = 1 << 22;
 
 /// The lamps of a scene, if it has any. A material of which any body is none is left out: its glow is found by rays alone.
 pub(super) fn emitters<R: Real>(description: &Description, materials: &[Material<R>]) -> Option<Emitters> {
@@ -23,6 +27,8 @@ pub(super) fn emitters<R: Real>(description: &Description, materials: &[Material
         glows: materials.iter().enumerate().map(glows).collect(),
         radiance: materials.iter().map(|material| material.emission.map(Real::to_f64)).collect(),
         lamps: Vec::new(),
+        may_hold_lamps: HashMap::new(),
+        placed: MOST_PLACED,
     };
     if !found.glows.contains(&true) {
         return None;
@@ -44,19 +50,45 @@ fn is_alike(material: &d::Material) -> bool {
 /// What was found so far.
 struct Found<'a> {
     description: &'a Description,
+    /// Whether a definition holds bodies of which any is a lamp, as far as it was asked.
+    may_hold_lamps: HashMap<&'a str, bool>,
+    /// How many objects of definitions may still be looked at.
+    placed: usize,
     /// Whether the bodies of each material are lamps.
     glows: Vec<bool>,
     radiance: Vec<[f64; 3]>,
     lamps: Vec<Lamp>,
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
     /// Looks through objects that are placed by a map; false if there are too many.
-    fn walk(&mut self, objects: &[Object], map: &DAffine3, moves: bool) -> bool {
-        objects.iter().all(|object| self.take(object, map, moves) && self.lamps.len() <= MOST)
+    fn walk(&mut self, objects: &'a [Object], map: &DAffine3, moves: bool) -> bool {
+        objects.iter().all(|object| !control::step(1) && self.take(object, map, moves) && self.lamps.len() <= MOST)
     }
 
-    fn take(&mut self, object: &Object, map: &DAffine3, moves: bool) -> bool {
+    fn may_hold_lamps(&mut self, objects: &'a [Object]) -> bool {
+        objects.iter().any(|object| match object {
+            Object::Group(group) => self.may_hold_lamps(&group.objects),
+            Object::Instance(instance) => {
+                let of = instance.of.as_str();
+                if let Some(known) = self.may_hold_lamps.get(of) {
+                    return *known;
+                }
+                let objects = self.description.definitions.get(of);
+                let holds = objects.is_some_and(|objects| self.may_hold_lamps(objects));
+                self.may_hold_lamps.insert(of, holds);
+                holds
+            }
+            _ => self.material_of(object).is_some_and(|material| self.glows[material]),
+        })
+    }
+
+    fn material_of(&self, object: &Object) -> Option<usize> {
+        let name = object.appearance()?.material?;
+        self.description.materials.get_index_of(name)
+    }
+
+    fn take(&mut self, object: &'a Object, map: &DAffine3, moves: bool) -> bool {
         let placed = |transform: &d::Transform| *map * affine(transform).unwrap_or(DAffine3::IDENTITY);
         let moving = |motion: Option<d::Motion>| moves || motion.is_some_and(|motion| motion.moves());
         match object {
@@ -64,15 +96,17 @@ impl Found<'_> {
                 return self.walk(&group.objects, &placed(&group.transform), moving(group.motion));
             }
             Object::Instance(instance) => {
-                let description = self.description;
-                let objects = description.definitions.get(&instance.of);
-                let map = placed(&instance.transform);
-                return objects.is_none_or(|objects| self.walk(objects, &map, moving(instance.motion)));
+                let Some(objects) = self.description.definitions.get(&instance.of) else { return true };
+                if !self.may_hold_lamps(std::slice::from_ref(object)) {
+                    return true;
+                }
+                let Some(left) = self.placed.checked_sub(objects.len()) else { return false };
+                self.placed = left;
+                return self.walk(objects, &placed(&instance.transform), moving(instance.motion));
             }
             _ => {}
         }
-        let name = object.appearance().and_then(|appearance| appearance.material);
-        let Some(material) = name.and_then(|name| self.description.materials.get_index_of(name)) else { return true };
+        let Some(material) = self.material_of(object) else { return true };
         if !self.glows[material] {
             return true;
         }

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use std::io::Cursor;
 use strahl::film::srgb::code8;
 use strahl::render::{RenderOptions, render_with};
+use strahl::scene::effects::State;
 
 /// The mean of a picture.
 pub(super) fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
@@ -31,6 +32,37 @@ pub(super) fn ball(material: Value, around: Value, render: Value) -> Value {
     });
     scene.as_object_mut().unwrap().extend(around.as_object().unwrap().clone());
     scene
+}
+
+/// What glows is looked for in a definition as often as it is placed, but only if it holds any lamp, and at most some million times:
+/// ten instances of ten instances, and so on, would never end.
+#[test]
+fn lamps_are_not_looked_for_in_each_of_many_instances() {
+    let with = |innermost: Value| {
+        let mut definitions = json!({ "d0": [innermost] });
+        for level in 1..=15 {
+            let below = json!({ "instance": { "of": format!("d{}", level - 1), "transform": { "translate": [0, 0, -level] } } });
+            definitions[format!("d{level}")] = json!(vec![below; 10]);
+        }
+        json!({
+            "version": 1, "image": { "width": 4, "height": 4 },
+            "camera": { "pinhole": { "eye": [0, 1, 5], "look_at": [0, 0, 0] } }, "lights": [],
+            "materials": { "glow": { "diffuse": 0, "emission": 2 }, "dark": { "diffuse": 0.5 } },
+            "definitions": definitions,
+            "objects": [
+                { "instance": { "of": "d15" } },
+                { "triangle": { "vertices": [[-1, 2, 0], [1, 2, 0], [0, 2, 1]], "material": "glow" } }
+            ],
+            "render": { "fidelity": "faithful" }
+        })
+    };
+    let looks_for_lamps = |innermost: Value| {
+        let scene = scene(with(innermost), "single");
+        scene.effects.iter().find(|entry| entry.effect.name() == "emitter_sampling").unwrap().state == State::On
+    };
+    let ball = |material: &str| json!({ "sphere": { "center": [0, 0, 0], "radius": 0.1, "material": material } });
+    assert!(looks_for_lamps(ball("dark")));
+    assert!(!looks_for_lamps(ball("glow")), "too many");
 }
 
 /// Facets send no sample more than what comes: between rough metals it would grow with each bounce, and no ceiling would hold.
