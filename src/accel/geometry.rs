@@ -49,40 +49,44 @@ impl<R: Real> Geometry<R> {
         let mut unbounded = Vec::new();
         let most = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
         let count = items.iter().map(most).sum();
-        let mut sources = Vec::with_capacity(count);
+        // Those of a lone mesh need no list: its faces follow each other.
+        let is_mesh = matches!(&items[..], [Item { shape: Shape::Mesh(_), .. }]);
+        let mut sources = Vec::with_capacity(if is_mesh { 0 } else { count });
+        let mut first = 0;
         let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(items.len());
-        let longest = triangle_runs::longest(count, kind);
+        let longest = triangle_runs::longest::<R>(count, kind);
         let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
             let item_index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                let around = triangle_runs::push(&mut build, mesh, sources.len() as u32, longest);
+                let (around, faces) = (triangle_runs::push(&mut build, mesh, first, longest), mesh.faces.len() as u32);
                 bounds = bounds.union(around);
-                sources.extend((0..mesh.faces.len() as u32).map(|face| Primitive { item: item_index, face }));
+                if !is_mesh {
+                    sources.extend((0..faces).map(|face| Primitive { item: item_index, face }));
+                }
+                first += faces;
             } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
                     let tight = extent.tight_box();
-                    build.push(BuildPrimitive::new(&tight.narrowed(), sources.len() as u32, 1));
+                    build.push(BuildPrimitive::new(&tight.narrowed(), first, 1));
                     bounds = bounds.union(tight);
                     sources.push(Primitive { item: item_index, face: 0 });
+                    first += 1;
                 }
             } else {
                 unbounded.push(item_index);
             }
         }
 
-        let of = |run: &BuildPrimitive<R>| &sources[run.indices()];
-        let wholeness = |runs: &[BuildPrimitive<R>]| wholeness(&items, runs.iter().map(of));
+        let of = |index: usize| if is_mesh { Primitive { item: 0, face: index as u32 } } else { sources[index] };
+        let run = |run: &BuildPrimitive<R>| (of(run.indices().start).item, run.count() as usize);
+        let wholeness = |runs: &[BuildPrimitive<R>]| wholeness(&items, runs.iter().map(run));
         let bvh = Bvh::build(&mut build, kind, &wholeness);
         // Made where it stays: a list that became one of several owners would be copied.
-        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, sources.len()).collect();
+        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, first as usize).collect();
         let primitives = Arc::make_mut(&mut owned);
-        let mut places = &mut *primitives;
-        for run in build.iter().map(of) {
-            let (own, behind) = places.split_at_mut(run.len());
-            own.copy_from_slice(run);
-            places = behind;
-        }
+        let ordered = build.iter().flat_map(BuildPrimitive::indices).map(of);
+        primitives.iter_mut().zip(ordered).for_each(|(place, primitive)| *place = primitive);
         drop((build, sources));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
@@ -310,7 +314,7 @@ mod tests {
             let mut build: Vec<_> =
                 all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index, 1)).collect();
             let wholeness = |runs: &[BuildPrimitive<f32>]| {
-                let of = |run: &BuildPrimitive<f32>| std::slice::from_ref(&all[run.indices().start].1);
+                let of = |run: &BuildPrimitive<f32>| (all[run.indices().start].1.item, 1);
                 match wholeness(&items, runs.iter().map(of)) {
                     Wholeness::Whole => Wholeness::Any,
                     other => other,

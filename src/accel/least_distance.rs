@@ -13,7 +13,7 @@ use rayon::prelude::*;
 const LOOKS: u64 = 1 << 22;
 
 /// For each material a lower bound on the distance of its surfaces from `point`; infinite if it has no surface.
-pub fn least_distances<R: Real>(
+pub(crate) fn least_distances<R: Real>(
     geometries: &[Geometry<R>],
     root: usize,
     point: [f64; 3],
@@ -134,7 +134,7 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
 }
 
 /// Distance from a point to the closest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
-pub fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+pub(crate) fn distance_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// The nearest primitive of each lane so far. Its distance is the rays' `t_max`.
 #[derive(Debug, Clone, Copy)]
-pub struct Nearest<'a, L: Lanes> {
+pub(crate) struct Nearest<'a, L: Lanes> {
     /// Lanes that have one.
     pub found: u32,
     /// Expanded index of the primitive.
@@ -26,14 +26,14 @@ pub struct Nearest<'a, L: Lanes> {
 impl<'a, L: Lanes> Nearest<'a, L> {
     /// No lane has a primitive yet.
     #[inline(always)]
-    pub fn none(s: L::Simd) -> Self {
+    pub(crate) fn none(s: L::Simd) -> Self {
         let zero = L::lit(s, 0.0);
         Self { found: 0, expanded: L::Ids::splat(s, 0), weights: [zero, zero, zero], skipped: None }
     }
 
     /// The same for rays that skip some bodies.
     #[inline(always)]
-    pub fn without(s: L::Simd, skipped: &'a Skipped) -> Self {
+    pub(crate) fn without(s: L::Simd, skipped: &'a Skipped) -> Self {
         Self { skipped: Some(skipped), ..Self::none(s) }
     }
 
@@ -154,7 +154,7 @@ fn nearest_unskipped<L: Lanes>(
 
 /// Bodies that each lane skips, as ranges of expanded indices.
 #[derive(Debug, Clone)]
-pub struct Skipped {
+pub(crate) struct Skipped {
     /// One body of each lane, as its first index and the number of its primitives.
     pub first: [(u64, u64); MAX_LANES],
     /// Lanes and further bodies.
@@ -171,7 +171,7 @@ impl Skipped {
 
 /// Finds the nearest primitive of each active ray in the scene whose root is `geometries[root]`. Shortens `t_max` to it.
 #[inline(always)]
-pub fn nearest_hit<L: Lanes>(
+pub(crate) fn nearest_hit<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
     root: usize,

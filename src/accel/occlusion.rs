@@ -36,7 +36,7 @@ impl Blockers {
 
 /// How much of each color passes along each active ray between `t_min` and `t_max`.
 #[inline(always)]
-pub fn transmittance<L: Lanes>(
+pub(crate) fn transmittance<L: Lanes>(
     s: L::Simd,
     geometries: &[Geometry<L::Real>],
     root: usize,

@@ -11,7 +11,7 @@ use fearless_simd::{Level, f64x8};
 use std::ops::Range;
 
 /// The bound for the scene whose root is `geometries[root]`. Geometries come after those they place.
-pub fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
+pub(crate) fn overlap<R: Real>(geometries: &[Geometry<R>], root: usize) -> f64 {
     dispatch!(Level::new(), over_lanes::<f64x8, f64>(geometries, root))
 }
 
@@ -54,7 +54,7 @@ fn below<W: Double, R: Real>(
                 || densest::<W, R>(s, node, &weights),
             )
         }
-        Err(leaf) => of_leaf(wide.leaves[leaf].places()),
+        Err(first) => wide.leaves_of_box(first).iter().map(|leaf| of_leaf(leaf.places())).sum(),
     }
 }
 
@@ -129,6 +129,15 @@ mod tests {
         let apart: Vec<_> = (0..100).map(|i| ball(f64::from(i) * 3.0)).collect();
         // At most those of a leaf, which count as if they lay at one place.
         assert!(overlap(&apart.join(", "), "") <= crate::lanes::MAX_LANES as f64);
+    }
+
+    /// A leaf with bodies of two kinds is one for each.
+    #[test]
+    fn bodies_of_several_kinds_at_one_place_are_all_counted() {
+        let triangle = r#"{ "triangle": { "vertices": [[-1, -1, 0], [1, -1, 0], [0, 1, 1]] } }"#;
+        let mut bodies = vec![triangle.to_owned(); 12];
+        bodies.push(ball(0.0));
+        assert_eq!(overlap(&bodies.join(", "), ""), 13.0);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::geometry::Geometry;
 use super::item::{Instance, Item, Shape};
 use crate::lanes::{Double, Ids, Lanes, Mask, Real, V3};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// The body that a primitive belongs to, and its path in the expanded scene.
 #[derive(Debug)]
@@ -13,7 +14,7 @@ pub struct Owner<'a, R> {
     /// Expanded index of its first primitive, which identifies the placed body.
     pub body: u64,
     /// The placed geometries around it, outermost first.
-    pub instances: Vec<&'a Item<R>>,
+    pub instances: SmallVec<[&'a Item<R>; 4]>,
 }
 
 impl<'a, R: Real> Owner<'a, R> {
@@ -23,14 +24,14 @@ impl<'a, R: Real> Owner<'a, R> {
         let item = geometries[root].owner(expanded);
         match &item.shape {
             Shape::Instance(_) => Self::find_placed(geometries, root, expanded),
-            _ => Self { item, body: item.offset, instances: Vec::new() },
+            _ => Self { item, body: item.offset, instances: SmallVec::new() },
         }
     }
 
     fn find_placed(geometries: &'a [Geometry<R>], root: usize, expanded: u64) -> Self {
         let mut geometry = &geometries[root];
         let mut base = 0;
-        let mut instances = Vec::new();
+        let mut instances = SmallVec::new();
         loop {
             let item = geometry.owner(expanded - base);
             base += item.offset;
@@ -85,7 +86,7 @@ impl<R: Real> Owner<'_, R> {
     }
 
     /// A direction of the scene in the body's own coordinates, of what moves at its start.
-    pub fn into_object(&self, d: DVec3) -> DVec3 {
+    pub fn direction_into_object(&self, d: DVec3) -> DVec3 {
         self.placements().fold(d, |d, placed| placed.to_local.matrix() * d)
     }
 

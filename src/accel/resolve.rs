@@ -12,7 +12,7 @@ use crate::shape::{Shear, Sides, hit_sphere, hit_triangle, sphere_surface, trian
 /// what traversal has found. Spheres inside instances, rare shapes, and everything of which nothing is known, are
 /// intersected again.
 #[inline(always)]
-pub fn resolve<L: Lanes>(
+pub(crate) fn resolve<L: Lanes>(
     s: L::Simd,
     owner: &Owner<'_, L::Real>,
     expanded: L::Ids,
@@ -71,7 +71,7 @@ pub fn resolve<L: Lanes>(
 
 /// Spheres outside of instances, one for each lane.
 #[derive(Debug)]
-pub struct Spheres<R> {
+pub(crate) struct Spheres<R> {
     /// Lanes that have one.
     pub lanes: u32,
     hollow: u32,
@@ -82,13 +82,13 @@ pub struct Spheres<R> {
 impl<R: Real> Spheres<R> {
     /// No lane has a sphere.
     #[inline(always)]
-    pub fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { lanes: 0, hollow: 0, columns: [[R::default(); MAX_LANES]; 4] }
     }
 
     /// Takes a sphere that some lanes have hit; returns false if it is another shape, or one-sided.
     #[inline(always)]
-    pub fn take(&mut self, owner: &Owner<'_, R>, lanes: u32) -> bool {
+    pub(crate) fn take(&mut self, owner: &Owner<'_, R>, lanes: u32) -> bool {
         let Shape::Sphere(sphere) = &owner.item.shape else { return false };
         if !owner.instances.is_empty() || owner.item.sides != Sides::Both {
             return false;
@@ -106,7 +106,7 @@ impl<R: Real> Spheres<R> {
 
     /// The surfaces that rays meet on them.
     #[inline(always)]
-    pub fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, known: Option<&Hit<L>>) -> Surface<L> {
+    pub(crate) fn resolve<L: Lanes<Real = R>>(&self, s: L::Simd, rays: &Rays<L>, known: Option<&Hit<L>>) -> Surface<L> {
         let [x, y, z, radius] = &self.columns;
         let (center, radius) = (V3 { x: L::load(s, x), y: L::load(s, y), z: L::load(s, z) }, L::load(s, radius));
         let hit = match known {

@@ -17,7 +17,7 @@ impl<R: Real> Owner<'_, R> {
         let Some(local) = self.point_into_object(origin) else { return false };
         match &self.item.shape {
             Shape::Mesh(mesh) => is_on_triangle(mesh, (expanded - self.body) as usize, local),
-            Shape::Frustum(frustum) => is_on_frustum(frustum, local, self.into_object(dir), t),
+            Shape::Frustum(frustum) => is_on_frustum(frustum, local, self.direction_into_object(dir), t),
             _ => false,
         }
     }

@@ -34,7 +34,7 @@ pub(super) type Stack<R> = SmallVec<[StackEntry<R>; 64]>;
 /// Whether the rays of a packet are coherent: camera rays and the shadow rays from what they hit are, others rarely. What
 /// they hit does not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coherence {
+pub(crate) enum Coherence {
     /// Most of them meet the same boxes.
     Coherent,
     /// They meet different boxes.

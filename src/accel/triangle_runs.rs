@@ -11,17 +11,15 @@ use std::ops::Range;
 
 /// Geometries of fewer primitives are built of single ones: that takes little time, and their hierarchies are a little better.
 const LARGE: usize = 32_768;
-/// Most triangles in a run.
-const LONGEST: u32 = 8;
 /// Triangles are a run while the surface of the box around them is at most this share of the sum of theirs. The two halves of a
 /// rectangle are at 0.5.
 const COMPACT: f64 = 0.8;
 /// Triangles that one thread goes through at a time. No run goes on in the next ones.
 const CHUNK: usize = 16_384;
 
-/// Most triangles in a run, where a geometry has as many primitives as this.
-pub(super) fn longest(primitives: usize, kind: BvhKind) -> u32 {
-    if kind == BvhKind::Sah && primitives >= LARGE { LONGEST } else { 1 }
+/// Most triangles in a run, where a geometry has as many primitives as this: those of a leaf.
+pub(super) fn longest<R: Real>(primitives: usize, kind: BvhKind) -> u32 {
+    if kind == BvhKind::Sah && primitives >= LARGE { R::LANES as u32 } else { 1 }
 }
 
 /// Adds the triangles of a mesh to what a hierarchy is built of, in runs of at most `longest`. The first has the index `first`.
@@ -108,7 +106,7 @@ mod tests {
 
     fn counts(mesh: &Mesh<f32>, kind: BvhKind) -> Vec<u32> {
         let mut build = Vec::new();
-        let bounds = push(&mut build, mesh, 7, longest(mesh.faces.len(), kind));
+        let bounds = push(&mut build, mesh, 7, longest::<f32>(mesh.faces.len(), kind));
         let all = (0..mesh.faces.len()).map(|face| Bounds::around(mesh.points(face)));
         assert_eq!(bounds, all.fold(Bounds::EMPTY, Bounds::union));
         let places = build.iter().flat_map(BuildPrimitive::indices);
@@ -119,7 +117,7 @@ mod tests {
     #[test]
     fn neighbours_are_together_and_others_are_not() {
         let near = mesh((0..LARGE).map(|i| (i / 2) as f32));
-        assert!(counts(&near, BvhKind::Sah).iter().all(|&count| count == LONGEST));
+        assert!(counts(&near, BvhKind::Sah).iter().all(|&count| count == f32::LANES as u32));
         let far = mesh((0..LARGE).map(|i| (i * 7919 % LARGE) as f32));
         assert!(counts(&far, BvhKind::Sah).iter().all(|&count| count == 1));
         let pairs = mesh((0..LARGE + 1).map(|i| (i / 2 * 3) as f32));

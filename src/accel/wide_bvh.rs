@@ -110,6 +110,12 @@ impl<R: Real> WideBvh<R> {
         self.root = Child::node(self.nodes.len() - 1);
     }
 
+    /// The leaves that have the box of the one at `first`: one for each kind in it.
+    pub(super) fn leaves_of_box(&self, first: usize) -> &[Leaf] {
+        let more = self.leaves[first..].iter().take_while(|leaf| leaf.more).count();
+        &self.leaves[first..=first + more]
+    }
+
     /// The sphere at a place, in all lanes.
     #[inline(always)]
     pub(super) fn sphere<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
@@ -214,7 +220,7 @@ impl<R: Real> WideBvh<R> {
     fn child(&mut self, collapse: &Collapse<'_, R>, binary: usize) -> Child {
         if let Some(leaf) = collapse.leaf(binary) {
             let first = self.leaves.len();
-            self.push_leaves(leaf.places(), collapse.items, collapse.primitives);
+            self.push_leaves(leaf, collapse.items, collapse.primitives);
             return Child::leaf(first);
         }
         self.nodes.push(WideNode::waiting(binary as u32));
@@ -222,10 +228,10 @@ impl<R: Real> WideBvh<R> {
     }
 
     /// Adds one leaf for each kind in a leaf of the binary hierarchy.
-    fn push_leaves(&mut self, places: Range<usize>, items: &[Item<R>], primitives: &[Primitive]) {
+    fn push_leaves(&mut self, below: &Below, items: &[Item<R>], primitives: &[Primitive]) {
         let of = |primitive: &Primitive| kind_of(&items[primitive.item as usize]);
-        let mut start = places.start as u32;
-        for same in primitives[places].chunk_by(|a, b| of(a) == of(b)) {
+        let (mut start, is_pure) = (below.start, below.kinds.0.count_ones() == 1);
+        for same in primitives[below.places()].chunk_by(|a, b| is_pure || of(a) == of(b)) {
             // A cancelled hierarchy may have more in a leaf than lanes.
             for part in same.chunks(R::LANES) {
                 let (kind, count) = (of(&part[0]), part.len() as u32);
@@ -270,22 +276,19 @@ impl<R: Real> WideNode<R> {
 }
 
 /// What some primitives may be together. Few of at most two kinds are tested as quickly as one. Each placed geometry has a box of
-/// its own: to enter it costs more than a node. Those of a run are of one item.
-pub(super) fn wholeness<'a, R: Real>(
-    items: &[Item<R>],
-    runs: impl ExactSizeIterator<Item = &'a [Primitive]>,
-) -> Wholeness {
+/// its own: to enter it costs more than a node. `runs` has the item of each run of primitives and how many there are.
+pub(super) fn wholeness<R: Real>(items: &[Item<R>], runs: impl ExactSizeIterator<Item = (u32, usize)>) -> Wholeness {
     if runs.len() > R::LANES {
         return Wholeness::Any;
     }
     let (mut kinds, mut instances, mut count) = (Kinds::default(), false, 0);
     let (mut known, mut first) = (None, 0);
-    for (place, run) in runs.enumerate() {
-        count += run.len();
+    for (place, (item, len)) in runs.enumerate() {
+        count += len;
         if count > R::LANES {
             return Wholeness::Any;
         }
-        let item = &items[run[0].item as usize];
+        let item = &items[item as usize];
         let kind = kind_of(item);
         first |= u32::from(*known.get_or_insert(kind) == kind) << place;
         kinds = kinds.with(Kinds::of(kind));
@@ -397,23 +400,28 @@ impl<R: Real> Collapse<'_, R> {
     /// while there is room. A descendant whose children would all be leaves is replaced completely or not at all, so that
     /// nodes are well filled.
     fn opened(&self, binary: usize) -> Vec<usize> {
-        let slab = |child: usize| &self.bvh.nodes[child].slab;
         let leaves = |child: usize| self.below[child].leaves as usize;
-        let mut children = vec![binary];
+        let with_area = |child: usize| (self.bvh.nodes[child].slab.half_area(), child);
+        let (mut children, mut open) = (Vec::with_capacity(R::LANES), Vec::with_capacity(R::LANES));
+        children.push(with_area(binary));
         loop {
             let room = R::LANES - children.len();
             let fits = |child: usize| leaves(child) > 1 && (leaves(child) > R::LANES || leaves(child) - 1 <= room);
-            let openable = (0..children.len()).filter(|&i| room > 0 && fits(children[i]));
-            let area = |i: usize| slab(children[i]).half_area();
-            let Some(largest) = openable.max_by(|&a, &b| area(a).total_cmp(&area(b))) else { return children };
-            let opened = children.swap_remove(largest);
+            let openable = (0..children.len()).filter(|&i| room > 0 && fits(children[i].1));
+            let Some(largest) = openable.max_by(|&a, &b| children[a].0.total_cmp(&children[b].0)) else {
+                return children.into_iter().map(|(_, child)| child).collect();
+            };
+            let (_, opened) = children.swap_remove(largest);
             let completely = leaves(opened) <= R::LANES;
-            let mut open = vec![opened];
+            open.push(opened);
             while let Some(node) = open.pop() {
                 let first = self.bvh.nodes[node].first as usize;
                 for child in [first, first + 1] {
-                    let further = completely && leaves(child) > 1;
-                    if further { &mut open } else { &mut children }.push(child);
+                    if completely && leaves(child) > 1 {
+                        open.push(child);
+                    } else {
+                        children.push(with_area(child));
+                    }
                 }
             }
         }
