@@ -5,6 +5,15 @@ use super::microfacet::smith_g1;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use std::f64::consts::PI;
 
+/// What a lobe of facets does with light from a direction.
+#[derive(Debug, Clone, Copy)]
+pub struct LobeSample<L: Lanes> {
+    /// The share of its irradiance over pi that is reflected to the eye.
+    pub reflected: V3<L>,
+    /// How likely a ray of the lobe has that direction, by solid angle; 0 where it has one only.
+    pub density: L,
+}
+
 impl<L: Lanes> Lobes<L> {
     /// The cosine between a light's direction and the normal of the surface, given that, and the lanes where the light may be
     /// reflected: the surface or the clearcoat over it faces it.
@@ -23,35 +32,15 @@ impl<L: Lanes> Lobes<L> {
     /// surface; `cosine` is that between light and normal, 0 or more where it counts.
     #[inline(always)]
     pub fn reflected(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
-        let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
         let half = Half::new(s, to_light, to_eye);
-        let grazing = fifth((one - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
-        // What rays bring is scattered as light from all around is; else lights would depend on how they are found.
-        let kept = if self.global_illumination { self.let_in } else { one - self.schlick(grazing) };
-        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
-        let highlight = half.highlight(s, ns, cosine, self.width);
-        let mut reflected = self.diffuse * (kept * cosine) + fresnel * highlight;
-        if self.clearcoat.gt(zero).bits() & self.lanes != 0 {
-            let cosine = self.clearcoat_ns.dot(to_light).max(zero);
-            let clearcoat = self.clearcoat
-                * self.clearcoat_gain
-                * half.highlight(s, self.clearcoat_ns, cosine, self.clearcoat_width);
+        let mut reflected = self.scattered(s, &half, cosine) + self.mirrored_by_facets(s, &half, ns, cosine);
+        if self.clearcoat.gt(L::lit(s, 0.0)).bits() & self.lanes != 0 {
+            let clearcoat = self.mirrored_by_clearcoat(s, &half, to_light);
             reflected = reflected + V3 { x: clearcoat, y: clearcoat, z: clearcoat };
         }
         reflected
     }
-}
 
-/// What a lobe of facets does with light from a direction.
-#[derive(Debug, Clone, Copy)]
-pub struct LobeSample<L: Lanes> {
-    /// The share of its irradiance over pi that is reflected to the eye.
-    pub reflected: V3<L>,
-    /// How likely a ray of the lobe has that direction, by solid angle; 0 where it has one only.
-    pub density: L,
-}
-
-impl<L: Lanes> Lobes<L> {
     /// What the surface and the clearcoat over it do with light from a direction, where their rays choose among facets. All vectors
     /// are as for [`Self::reflected`].
     #[inline(always)]
@@ -65,7 +54,8 @@ impl<L: Lanes> Lobes<L> {
     ) -> [LobeSample<L>; 2] {
         let zero = L::lit(s, 0.0);
         let half = Half::new(s, to_light, to_eye);
-        let (own, over) = self.of_half(s, &half, ns, to_light, cosine);
+        let own = self.mirrored_by_facets(s, &half, ns, cosine);
+        let over = self.mirrored_by_clearcoat(s, &half, to_light);
         let nothing = V3 { x: zero, y: zero, z: zero };
         let [open, open_clearcoat] = self.open;
         let (rough, clearcoat_rough) = (self.facets.gt(zero), self.clearcoat_facets.gt(zero));
@@ -84,15 +74,14 @@ impl<L: Lanes> Lobes<L> {
             },
         ]
     }
-}
 
-impl<L: Lanes> Lobes<L> {
     /// What the surface and the clearcoat reflect of a light from a direction, as [`Self::reflected`] has it with what is scattered, and
     /// how likely [`super::microfacet::visible_facet`] mirrors the eye there. All vectors are as there.
     #[inline(always)]
     pub fn highlights(&self, s: L::Simd, ns: V3<L>, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> [LobeSample<L>; 2] {
         let half = Half::new(s, to_light, to_eye);
-        let (own, over) = self.of_half(s, &half, ns, to_light, cosine);
+        let own = self.mirrored_by_facets(s, &half, ns, cosine);
+        let over = self.mirrored_by_clearcoat(s, &half, to_light);
         let over_pdf = half.visible_pdf(s, self.clearcoat_ns, self.clearcoat_width);
         [
             LobeSample { reflected: own, density: half.visible_pdf(s, ns, self.width) },
@@ -103,23 +92,26 @@ impl<L: Lanes> Lobes<L> {
     /// What is scattered of a light from a direction, of what [`Self::reflected`] has in all.
     #[inline(always)]
     pub fn scattered_of(&self, s: L::Simd, to_light: V3<L>, to_eye: V3<L>, cosine: L) -> V3<L> {
-        let half = Half::new(s, to_light, to_eye);
-        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(L::lit(s, 0.0)));
-        let kept = if self.global_illumination { self.let_in } else { L::lit(s, 1.0) - self.schlick(grazing) };
+        self.scattered(s, &Half::new(s, to_light, to_eye), cosine)
+    }
+
+    #[inline(always)]
+    fn scattered(&self, s: L::Simd, half: &Half<L>, cosine: L) -> V3<L> {
+        // What rays bring is scattered as light from all around is; else lights would depend on how they are found.
+        let kept = if self.global_illumination { self.let_in } else { L::lit(s, 1.0) - self.schlick(half.grazing(s)) };
         self.diffuse * (kept * cosine)
     }
 
     #[inline(always)]
-    fn of_half(&self, s: L::Simd, half: &Half<L>, ns: V3<L>, to_light: V3<L>, cosine: L) -> (V3<L>, L) {
-        let zero = L::lit(s, 0.0);
-        let grazing = fifth((L::lit(s, 1.0) - half.square.sqrt() * L::lit(s, 0.5)).max(zero));
-        let fresnel = self.f0 + (self.f90 - self.f0) * grazing;
-        let own = fresnel * half.highlight(s, ns, cosine, self.width);
-        let clearcoat_cosine = self.clearcoat_ns.dot(to_light).max(zero);
-        let over = self.clearcoat
-            * self.clearcoat_gain
-            * half.highlight(s, self.clearcoat_ns, clearcoat_cosine, self.clearcoat_width);
-        (own, over)
+    fn mirrored_by_facets(&self, s: L::Simd, half: &Half<L>, ns: V3<L>, cosine: L) -> V3<L> {
+        let fresnel = self.f0 + (self.f90 - self.f0) * half.grazing(s);
+        fresnel * half.highlight(s, ns, cosine, self.width)
+    }
+
+    #[inline(always)]
+    fn mirrored_by_clearcoat(&self, s: L::Simd, half: &Half<L>, to_light: V3<L>) -> L {
+        let cosine = self.clearcoat_ns.dot(to_light).max(L::lit(s, 0.0));
+        self.clearcoat * self.clearcoat_gain * half.highlight(s, self.clearcoat_ns, cosine, self.clearcoat_width)
     }
 
     /// The lanes whose lobe, and those whose clearcoat, has directions that are more likely than a density by solid angle: at most
@@ -137,9 +129,7 @@ impl<L: Lanes> Lobes<L> {
     pub fn widths(&self) -> [L; 2] {
         [self.width, self.clearcoat_width]
     }
-}
 
-impl<L: Lanes> Lobes<L> {
     /// How likely facets of the surface that are chosen mirror the eye into a direction, by solid angle.
     #[inline(always)]
     pub fn pdf(&self, s: L::Simd, ns: V3<L>, dir: V3<L>, to_eye: V3<L>) -> L {
@@ -168,13 +158,24 @@ impl<L: Lanes> Half<L> {
         Self { vector, to_eye, square: vector.dot(vector).max(L::lit(s, 1e-12)) }
     }
 
-    /// pi D V cos, with the distribution of GGX and Smith's shadowing. With |n x h|^2 in place of 1 - (n.h)^2 nothing
-    /// cancels in narrow lobes.
+    /// (1 - cos)^5 of the angle between the vector and the eye or the light.
+    #[inline(always)]
+    fn grazing(&self, s: L::Simd) -> L {
+        fifth((L::lit(s, 1.0) - self.square.sqrt() * L::lit(s, 0.5)).max(L::lit(s, 0.0)))
+    }
+
+    /// |n x h|^2 + width^2 (n.h)^2, of which GGX has the square. With |n x h|^2 in place of 1 - (n.h)^2 nothing cancels in narrow lobes.
+    #[inline(always)]
+    fn spread(&self, n: V3<L>, square: L) -> L {
+        let (along, across) = (n.dot(self.vector), n.cross(self.vector));
+        (square * along * along + across.dot(across)) / self.square
+    }
+
+    /// pi D V cos, with the distribution of GGX and Smith's shadowing.
     #[inline(always)]
     fn highlight(&self, s: L::Simd, n: V3<L>, cosine: L, width: L) -> L {
         let square = width * width;
-        let (along, across) = (n.dot(self.vector), n.cross(self.vector));
-        let spread = (square * along * along + across.dot(across)) / self.square;
+        let spread = self.spread(n, square);
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
         cosine * square
             / (spread * spread * (smith_denominator(s, cosine, square) * smith_denominator(s, seen, square)))
@@ -190,8 +191,7 @@ impl<L: Lanes> Half<L> {
     #[inline(always)]
     fn visible_pdf(&self, s: L::Simd, n: V3<L>, width: L) -> L {
         let square = width * width;
-        let (along, across) = (n.dot(self.vector), n.cross(self.vector));
-        let spread = (square * along * along + across.dot(across)) / self.square;
+        let spread = self.spread(n, square);
         let seen = n.dot(self.to_eye).max(L::lit(s, EDGE_ON));
         square / (L::lit(s, 2.0 * PI) * spread * spread * smith_denominator(s, seen, square))
     }

@@ -103,7 +103,7 @@ pub struct Lobes<L: Lanes> {
     pub opacity: L,
 }
 
-/// What leaves from facets of rough surfaces that rays choose.
+// What leaves from facets of rough surfaces that rays choose.
 impl<L: Lanes> Lobes<L> {
     /// The most that a facet reflects and the share that passes it, where its dielectric reflects a share. `cosine` is that
     /// between facet and eye.

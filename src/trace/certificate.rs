@@ -16,6 +16,11 @@ use crate::scene::limits::RAYS_PER_SAMPLE;
 use crate::scene::world::Pruning;
 use crate::trace::variants::Variant;
 
+/// The depth from which on chains are asked whether they would ever end, and again at each power of two.
+const FIRST_LOOK: u32 = 64;
+/// They would not if they keep this share of their weight with each ray.
+const KEPT_WITHOUT_END: f64 = 0.99;
+
 /// What is known of the samples of a packet.
 #[derive(Debug)]
 pub(super) struct Certificate<L: Lanes> {
@@ -295,12 +300,12 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
     /// depth end there.
     #[inline(always)]
     pub(super) fn never_ending(&self, rays: &RayPacket<L>) -> u32 {
-        if rays.depth < 64 || !rays.depth.is_power_of_two() {
+        if rays.depth < FIRST_LOOK || !rays.depth.is_power_of_two() {
             return 0;
         }
         match self.pruning {
             Pruning::Proved { .. } if self.world.ceiling.reach.max_depth.is_none() => {
-                let kept = L::lit(self.s, pow(0.99, f64::from(rays.depth)));
+                let kept = L::lit(self.s, pow(KEPT_WITHOUT_END, f64::from(rays.depth)));
                 let weight = rays.weight.x.max(rays.weight.y).max(rays.weight.z);
                 // A wavelength of split light has more of one channel.
                 let color = self.wavelengths.color;

@@ -6,7 +6,7 @@
 
 use super::hits::Hits;
 use super::kernel::Tracer;
-use super::observer::Observer;
+use super::observer::{NotFollowed, Observer};
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::{Choice, child};
 use crate::lanes::{Lanes, Mask, circle};
@@ -47,7 +47,11 @@ fn scatter_diffuse_in<L: Lanes, O: Observer<L>, V: Variant>(
         return;
     }
     if rays.depth >= tracer.world.rules.max_depth {
-        tracer.omit_children(diffuse, rays.weight.times(kd), rays.depth + 1, false);
+        let weight = rays.weight.times(kd);
+        tracer.omit_children(diffuse, weight, rays.depth + 1, false);
+        if O::WATCHING {
+            tracer.observer.not_followed(number, RayKind::Gathered, weight, NotFollowed::Depth);
+        }
         return;
     }
     let [a, b]: [L; 2] = tracer.sampler.square(s, rays.path, Choice::ColorBleeding);

@@ -5,11 +5,11 @@
 use super::hits::Hits;
 use super::kernel::Tracer;
 use super::observer::Observer;
-use super::opacity::cutout_transmittance;
+use super::opacity::transmittance_with_holes;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampled_light::balance_heuristic;
 use super::variants::Variant;
-use crate::accel::{Blockers, transmittance};
+use crate::accel::Blockers;
 use crate::lanes::{Lanes, Mask, V3};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
@@ -48,15 +48,9 @@ pub(super) fn lobe_ray_transmittance<L: Lanes, O: Observer<L>, V: Variant>(
             }
             let zero = L::lit(s, 0.0);
             let active = shadow.active & passed.x.max(passed.y).max(passed.z).gt(zero);
-            tracer.counts.shadow += u64::from(active.bits().count_ones());
-            tracer.count_lanes(active.bits(), 0);
-            let (shadow, time) = (Rays { active, ..shadow }, hits.time);
-            let (blockers, coherence) = (Blockers::Holed, rays.coherence());
-            let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time.as_ref());
-            if world.effects.has(Effect::Opacity) {
-                let active = active & left.x.gt(zero);
-                left = left.times(cutout_transmittance(s, world, blockers, Rays { active, ..shadow }, time));
-            }
+            tracer.count_shadow_rays(active.bits());
+            let shadow = Rays { active, ..shadow };
+            let left = transmittance_with_holes(s, world, Blockers::Holed, shadow, rays.coherence(), hits.time);
             V3::select(active, left, passed)
         },
     )

@@ -15,7 +15,7 @@ const DIRECTION: [f64; 3] = [0.436_435_780_471_985, 0.598_076_211_353_316, 0.672
 ///
 /// A straight line goes from the point through all surfaces. If the first surface of a body is an exit, the body contains
 /// the point. Two opposite lines find unbounded bodies, too.
-pub fn media_at<L: Lanes>(
+pub(crate) fn media_at<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     point: [L::Real; 3],

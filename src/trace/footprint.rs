@@ -12,7 +12,7 @@ use crate::scene::world::World;
 use glam::{DMat3, DVec3};
 
 /// Smallest cosine for the length of a footprint.
-const GRAZING: f64 = 1e-4;
+const LEAST_COSINE: f64 = 1e-4;
 
 /// Extents of the footprints along the axes of the bodies' own coordinates; `widths` are those of the cones.
 #[inline(never)]
@@ -30,7 +30,7 @@ pub(super) fn footprints<L: Lanes>(
             let (n, dir) = (hits.ng, rays.dir);
             let (zero, one) = (L::lit(s, 0.0), L::lit(s, 1.0));
             let cosine = -dir.dot(n);
-            let along = (dir + n * cosine) * (one / cosine.max(L::lit(s, GRAZING)));
+            let along = (dir + n * cosine) * (one / cosine.max(L::lit(s, LEAST_COSINE)));
             let extents = V3 {
                 x: widths * (along.x * along.x + (one - n.x * n.x).max(zero)).sqrt(),
                 y: widths * (along.y * along.y + (one - n.y * n.y).max(zero)).sqrt(),
@@ -59,7 +59,7 @@ fn of_placed<L: Lanes>(
         if owner.instances.is_empty() {
             continue;
         }
-        let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| owner.into_object(axis));
+        let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| owner.direction_into_object(axis));
         let rows = [0, 1, 2].map(|row| DVec3::new(columns[0][row], columns[1][row], columns[2][row]));
         let own = V3 {
             x: extent(s, rows[0], along, hits.ng, widths),
@@ -107,7 +107,7 @@ pub(super) fn curvatures<L: Lanes>(s: L::Simd, world: &World<L::Real>, hits: &Hi
                 if !owner.instances.is_empty() {
                     // A placed body is smaller where a unit of the scene is more than one of its own. Areas across a normal grow
                     // by the length of the cofactor matrix times it.
-                    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| owner.into_object(axis));
+                    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| owner.direction_into_object(axis));
                     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
                     // Relative to the largest, they neither vanish nor overflow in single precision.
                     let largest = cofactors.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));

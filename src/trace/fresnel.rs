@@ -8,10 +8,10 @@
 
 use super::hits::Hits;
 use super::ray_packet::RayPacket;
+use super::shaded::Shaded;
 use crate::lanes::{Ids, Lanes, Mask, V3};
 use crate::scene::world::World;
-use crate::shading::lobes::Lobes;
-use crate::shading::material::{Coefficients, Fresnel};
+use crate::shading::material::Fresnel;
 use crate::shading::media::{Media, MediumList};
 use crate::shading::optics::{Refraction, fresnel_dielectric, refract};
 
@@ -66,18 +66,15 @@ pub(super) fn at_angles<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &RayPacket<L>,
-    hits: &Hits<L>,
+    shaded: Shaded<'_, L>,
     ns: V3<L>,
-    coefficients: &Coefficients<L>,
-    lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
 ) -> AtAngles<L> {
     L::vectorize(
         s,
         #[inline(always)]
-        || at_angles_in(s, world, media, rays, hits, ns, coefficients, lobes, bent, bend),
+        || at_angles_in(s, world, media, shaded, ns, bent, bend),
     )
 }
 
@@ -134,11 +131,8 @@ fn at_angles_in<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &Media<L::Real>,
-    rays: &RayPacket<L>,
-    hits: &Hits<L>,
+    Shaded { rays, hits, coefficients, lobes, .. }: Shaded<'_, L>,
     ns: V3<L>,
-    coefficients: &Coefficients<L>,
-    lobes: Option<&Lobes<L>>,
     bent: Option<Bent<'_, L>>,
     bend: Option<L>,
 ) -> AtAngles<L> {

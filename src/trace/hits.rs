@@ -17,7 +17,7 @@ const MAX_AT_EYE: usize = 64;
 
 /// The nearest surface of each ray. Lanes that hit nothing hold anything.
 #[derive(Debug, Clone)]
-pub struct Hits<L: Lanes> {
+pub(crate) struct Hits<L: Lanes> {
     /// Lanes that hit anything.
     pub found: u32,
     /// Ray parameter.
@@ -54,7 +54,7 @@ pub struct Hits<L: Lanes> {
 
 /// Another body that a ray enters or leaves at the same place.
 #[derive(Debug, Clone, Copy)]
-pub struct Touch<R> {
+pub(crate) struct Touch<R> {
     /// The lane.
     pub lane: usize,
     /// Whether light goes into the region the body encloses.
@@ -66,7 +66,7 @@ pub struct Touch<R> {
 impl<L: Lanes> Hits<L> {
     /// No ray has hit anything.
     #[inline(always)]
-    pub fn none(s: L::Simd) -> Self {
+    pub(crate) fn none(s: L::Simd) -> Self {
         let zero = L::lit(s, 0.0);
         let nothing = V3 { x: zero, y: zero, z: zero };
         let nobody = L::Ids::splat(s, 0);
@@ -102,7 +102,7 @@ impl<L: Lanes> Hits<L> {
     /// Finds the nearest surface of each ray, and the surfaces that touch it. Hits are overwritten in place, and traversal
     /// changes the rays temporarily, since copies of both are expensive.
     #[inline(always)]
-    pub fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, coherence: Coherence) {
+    pub(crate) fn find(&mut self, s: L::Simd, world: &World<L::Real>, rays: &mut Rays<L>, coherence: Coherence) {
         self.find_nearest(s, world, rays, &Nearest::none(s), coherence);
         if self.may_touch & self.transmissive != 0 {
             coincident::find(s, world, rays, self);
@@ -112,7 +112,7 @@ impl<L: Lanes> Hits<L> {
     /// Looks behind triangles and frustums that the rays of an eye start on: what is exactly there has t = 0, which is no hit, but
     /// rounding may make a little more of it. Rays with a `t_min` are taken at their word.
     #[inline(always)]
-    pub fn leave_eye(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence) {
+    pub(crate) fn leave_eye(&mut self, s: L::Simd, world: &World<L::Real>, rays: &Rays<L>, coherence: Coherence) {
         let near = self.near_origin(s, rays) & rays.t_min.le(L::lit(s, 0.0)).bits();
         if near != 0 {
             self.leave(s, world, rays, coherence, near);
@@ -250,7 +250,7 @@ impl<L: Lanes> Hits<L> {
 
     /// The coefficients of the materials hit. Checkers are averaged over `extents` around the hits.
     #[inline(always)]
-    pub fn coefficients(
+    pub(crate) fn coefficients(
         &self,
         s: L::Simd,
         world: &World<L::Real>,
@@ -261,7 +261,7 @@ impl<L: Lanes> Hits<L> {
 
     /// The radiance that the surfaces emit.
     #[inline(always)]
-    pub fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
+    pub(crate) fn emission(&self, s: L::Simd, world: &World<L::Real>) -> V3<L> {
         look_up(s, &world.materials, self.material, self.found, |material| material.emission)
     }
 
@@ -271,7 +271,7 @@ impl<L: Lanes> Hits<L> {
     }
 
     /// The medium inside a lane's closed body: its material, or empty space in a cavity.
-    pub fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
+    pub(crate) fn medium(&self, world: &World<L::Real>, lane: usize) -> Medium<L::Real> {
         let hollow = self.hollow & (1 << lane) != 0;
         let material = self.material_of(world, lane);
         let (ior, dispersion) =
@@ -286,13 +286,13 @@ impl<L: Lanes> Hits<L> {
     }
 
     /// Whether a lane's ray goes into the region that its body encloses. For a cavity that is the way out of the material.
-    pub fn goes_in(&self, lane: usize) -> bool {
+    pub(crate) fn goes_in(&self, lane: usize) -> bool {
         (self.entering ^ self.hollow) & (1 << lane) != 0
     }
 
     /// The lanes of `among` whose surface is invisible between equal media.
     #[inline(never)]
-    pub fn perfectly_clear(&self, world: &World<L::Real>, among: u32) -> u32 {
+    pub(crate) fn perfectly_clear(&self, world: &World<L::Real>, among: u32) -> u32 {
         let clear = lanes_of(among).filter(|&lane| self.material_of(world, lane).is_perfectly_clear());
         clear.fold(0, |lanes, lane| lanes | 1 << lane)
     }

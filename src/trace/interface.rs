@@ -8,7 +8,7 @@ use crate::shading::media::{Media, MediumList};
 
 /// The media on both sides of a surface, in each lane.
 #[derive(Debug, Clone, Copy)]
-pub struct Interface<L: Lanes> {
+pub(crate) struct Interface<L: Lanes> {
     /// Index of refraction on the side the ray comes from.
     pub n1: L,
     /// Index of refraction on the other side.
@@ -22,7 +22,7 @@ pub struct Interface<L: Lanes> {
 /// The media at the surfaces of closed bodies that the rays of some lanes have hit; these rays are in the media `lists`. In
 /// other lanes both sides are empty space, and the list stays.
 #[inline(always)]
-pub fn interface<L: Lanes>(
+pub(crate) fn interface<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     media: &mut Media<L::Real>,

@@ -27,6 +27,7 @@ use super::roulette::Roulette;
 use super::sampled_light::{emission_mis_weight, environment_mis_weight, sample_direct_light};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
+use super::shaded::Shaded;
 use super::shadow_catcher::shadow_catcher_opacity;
 use super::texturing::apply_textures;
 use super::wavelengths::Wavelengths;
@@ -49,7 +50,7 @@ const MAX_RADIANCE: f64 = 1e28;
 
 /// Traces packets of samples through a world. Reused from packet to packet.
 #[derive(Debug)]
-pub struct Tracer<'a, L: Lanes, O, V = General> {
+pub(crate) struct Tracer<'a, L: Lanes, O, V = General> {
     pub(super) s: L::Simd,
     pub(super) world: &'a World<L::Real>,
     pub(super) camera: &'a Camera<L::Real>,
@@ -92,7 +93,7 @@ pub struct Tracer<'a, L: Lanes, O, V = General> {
 impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     /// A tracer for packets of `L::COUNT` samples. The camera is the world's, or that seen through a window.
     #[inline(always)]
-    pub fn new(
+    pub(crate) fn new(
         s: L::Simd,
         world: &'a World<L::Real>,
         camera: &'a Camera<L::Real>,
@@ -128,7 +129,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
 
     /// The proof of instructions this tracer was made with.
     #[inline(always)]
-    pub fn simd(&self) -> L::Simd {
+    pub(crate) fn simd(&self) -> L::Simd {
         self.s
     }
 
@@ -149,7 +150,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
     }
 
     /// Gives the observer back.
-    pub fn into_observer(self) -> O {
+    pub(crate) fn into_observer(self) -> O {
         self.observer
     }
 
@@ -206,6 +207,13 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         if let Some(counts) = &mut self.lane_counts {
             counts.add(lanes << self.proof.first(), depth);
         }
+    }
+
+    /// Counts a shadow ray of some lanes.
+    #[inline(always)]
+    pub(super) fn count_shadow_rays(&mut self, lanes: u32) {
+        self.counts.shadow += u64::from(lanes.count_ones());
+        self.count_lanes(lanes, 0);
     }
 
     /// What is chosen once for a sample, beside the place on the lens.
@@ -270,6 +278,21 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         )
     }
 
+    /// What rays bring that hit nothing, with their own light.
+    #[inline(always)]
+    fn background(&mut self, rays: &RayPacket<L>, missed: u32, own: V3<L>) -> V3<L> {
+        let background = if rays.straight && self.is_transparent() {
+            self.see_through(missed, rays.weight)
+        } else {
+            rays.weight.times(self.surroundings(rays, missed))
+        };
+        let background = self.bounded(if V::DETAILS { own + background } else { background });
+        if V::DETAILS && self.world.effects.has(Effect::GlobalIllumination) {
+            return self.bounded(background + rays.weight.times(self.distant_lights_seen(rays, missed)));
+        }
+        background
+    }
+
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
     fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
@@ -308,17 +331,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         let found = hits.found;
         let missed = rays.active & !found;
         if missed != 0 {
-            let background = if rays.straight && self.is_transparent() {
-                self.see_through(missed, rays.weight)
-            } else {
-                rays.weight.times(self.surroundings(rays, missed))
-            };
-            let background = self.bounded(if V::DETAILS { own + background } else { background });
-            let background = if V::DETAILS && self.world.effects.has(Effect::GlobalIllumination) {
-                self.bounded(background + rays.weight.times(self.distant_lights_seen(rays, missed)))
-            } else {
-                background
-            };
+            let background = self.background(rays, missed, own);
             sum.add(s, missed, background);
             if O::WATCHING {
                 self.observer.contributes(number, background);
@@ -393,8 +406,9 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 own = own + sample_direct_light(self, rays, hits, &coefficients, lobes.as_ref());
             }
         }
-        let lobes = lobes.as_ref();
-        illuminate(self, rays, hits, &coefficients, lobes, own, number, sum);
+        let (hits, lobes) = (&*hits, lobes.as_ref());
+        let shaded = Shaded { rays, hits, coefficients: &coefficients, lobes, number };
+        illuminate(self, shaded, own, sum);
         let global_illumination = V::DETAILS && self.world.effects.has(Effect::GlobalIllumination);
         let of_surface = self.cones.next;
         if V::DETAILS {
@@ -407,7 +421,7 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 scatter_clearcoat(self, rays, hits, lobes, number);
             }
         }
-        let reflected = scatter(self, rays, hits, &coefficients, lobes, number);
+        let reflected = scatter(self, shaded);
         if global_illumination {
             self.cones.next = of_surface;
             if let Some(lobes) = lobes {

@@ -5,10 +5,11 @@ use super::distant_lights::{is_seen, lobe_ray_transmittance, mis_weighted};
 use super::hits::Hits;
 use super::kernel::{Tracer, stage};
 use super::observer::Observer;
-use super::opacity::cutout_transmittance;
+use super::opacity::transmittance_with_holes;
 use super::pixel_sum::PixelSum;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::Choice;
+use super::shaded::Shaded;
 use super::soft_highlights::SoftHighlights;
 use crate::accel::{Blockers, transmittance};
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -26,7 +27,7 @@ use crate::trace::variants::Variant;
 const LIGHT_MARGIN: f64 = 16.0;
 
 /// A shadow ray is traced only if its light could add this share of `min_weight` to the pixel.
-pub const SHADOW_SHARE: f64 = 0.25;
+pub(crate) const SHADOW_SHARE: f64 = 0.25;
 
 /// Cosine between light and facet below which shadow rays start on the curved surface that a smooth mesh approximates.
 /// They move there gradually (as in Cycles, D11065), since nothing in between can cast a shadow.
@@ -40,30 +41,22 @@ const CLEARLY: f64 = 1.0 / 64.0;
 #[inline(always)]
 pub(super) fn illuminate<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
-    rays: &RayPacket<L>,
-    hits: &Hits<L>,
-    coefficients: &Coefficients<L>,
-    lobes: Option<&Lobes<L>>,
+    shaded: Shaded<'_, L>,
     own: V3<L>,
-    number: u32,
     sum: &mut PixelSum<L>,
 ) {
     stage::<L, V, _>(
         tracer.s,
         #[inline(always)]
-        || illuminate_in(tracer, rays, hits, coefficients, lobes, own, number, sum),
+        || illuminate_in(tracer, shaded, own, sum),
     );
 }
 
 #[inline(always)]
 fn illuminate_in<L: Lanes, O: Observer<L>, V: Variant>(
     tracer: &mut Tracer<'_, L, O, V>,
-    rays: &RayPacket<L>,
-    hits: &Hits<L>,
-    coefficients: &Coefficients<L>,
-    lobes: Option<&Lobes<L>>,
+    Shaded { rays, hits, coefficients, lobes, number }: Shaded<'_, L>,
     own: V3<L>,
-    number: u32,
     sum: &mut PixelSum<L>,
 ) {
     let s = tracer.s;
@@ -226,8 +219,7 @@ pub(super) fn cast_shadow_rays<L: Lanes, O: Observer<L>, V: Variant>(
     if let Some(blockers) = world.rules.shadows
         && cast.any()
     {
-        tracer.counts.shadow += u64::from(cast.bits().count_ones());
-        tracer.count_lanes(cast.bits(), 0);
+        tracer.count_shadow_rays(cast.bits());
         let shadow = shadow_rays(s, place, origin, cast);
         transmittance = V3::select(cast, shadow_transmittance(tracer, blockers, shadow, rays, hits), transmittance);
     }
@@ -245,11 +237,11 @@ pub(super) fn shadow_transmittance<L: Lanes, O: Observer<L>, V: Variant>(
 ) -> V3<L> {
     let (s, world, time) = (tracer.s, tracer.world, hits.time);
     let zero = L::lit(s, 0.0);
-    let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time.as_ref());
-    if V::DETAILS && world.effects.has(Effect::Opacity) {
-        let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
-        left = left.times(cutout_transmittance(s, world, blockers, Rays { active, ..shadow }, time));
-    }
+    let mut left = if V::DETAILS {
+        transmittance_with_holes(s, world, blockers, shadow, rays.coherence(), time)
+    } else {
+        transmittance(s, &world.geometries, world.root, blockers, shadow, rays.coherence(), time.as_ref())
+    };
     if V::DETAILS && world.effects.has(Effect::ColoredShadows) {
         let active = shadow.active & left.x.max(left.y).max(left.z).gt(zero);
         left = left.times(absorption_transmittance(

@@ -7,7 +7,7 @@ use crate::shading::media::Media;
 
 /// Why a ray was not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NotFollowed {
+pub(crate) enum NotFollowed {
     /// The chain has reached `max_depth`.
     Depth,
     /// Its weight is below what the pruning rule asks for: `min_weight`, or what the proof can spare.
@@ -20,7 +20,7 @@ pub enum NotFollowed {
 
 /// The angles of Snell's law at a surface, of lane 0.
 #[derive(Debug, Clone, Copy)]
-pub struct Snell {
+pub(crate) struct Snell {
     /// Index on the side the ray comes from.
     pub n1: f64,
     /// Index on the other side.
@@ -36,7 +36,7 @@ pub struct Snell {
 }
 
 /// Receives the events of a kernel with one lane.
-pub trait Observer<L: Lanes> {
+pub(crate) trait Observer<L: Lanes> {
     /// Whether events are sent at all.
     const WATCHING: bool;
     /// A ray is followed; returns its number, which its children name as their parent.

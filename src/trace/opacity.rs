@@ -3,14 +3,15 @@
 
 use super::hits::{Hits, MAX_CROSSINGS};
 use super::kernel::Tracer;
-use super::observer::Observer;
+use super::observer::{NotFollowed, Observer};
 use super::pbr::passage;
 use super::ray_packet::{RayKind, RayPacket};
 use super::sampling::child;
 use super::variants::Variant;
-use crate::accel::{Blockers, Coherence};
+use crate::accel::{Blockers, Coherence, transmittance};
 use crate::lanes::{Lanes, Mask, V3};
 use crate::ray::{Rays, gamma};
+use crate::scene::effects::Effect;
 use crate::scene::world::World;
 
 /// Most of a ray's length that is leapt over behind a surface, where it only grazes it.
@@ -37,8 +38,13 @@ pub(super) fn continue_through<L: Lanes, O: Observer<L>, V: Variant>(
                 return;
             }
             let weight = rays.weight * (one - opacity);
+            // One that a lobe has sent still looks for lights.
+            let kind = if rays.kind == RayKind::Reflected { rays.kind } else { RayKind::Transmitted };
             if rays.depth >= tracer.world.rules.max_depth {
                 tracer.omit_children(open, weight, rays.depth + 1, rays.straight);
+                if O::WATCHING {
+                    tracer.observer.not_followed(number, kind, weight, NotFollowed::Depth);
+                }
             } else {
                 let next = tracer.cones.next;
                 tracer.cones.go_on();
@@ -48,8 +54,7 @@ pub(super) fn continue_through<L: Lanes, O: Observer<L>, V: Variant>(
                     weight,
                     active: open,
                     depth: rays.depth + 1,
-                    // One that a lobe has sent still looks for lights.
-                    kind: if rays.kind == RayKind::Reflected { rays.kind } else { RayKind::Transmitted },
+                    kind,
                     path: child(rays.path, RayKind::Camera),
                     parent: number,
                     ..*rays
@@ -73,10 +78,28 @@ pub(super) fn behind<L: Lanes>(s: L::Simd, hits: &Hits<L>, dir: V3<L>) -> L {
     hits.t + step.min(hits.t * L::lit(s, LONGEST_STEP))
 }
 
+/// The share of each channel that arrives along shadow rays, of which surfaces that are only partly there let some through.
+#[inline(always)]
+pub(super) fn transmittance_with_holes<L: Lanes>(
+    s: L::Simd,
+    world: &World<L::Real>,
+    blockers: Blockers,
+    shadow: Rays<L>,
+    coherence: Coherence,
+    time: Option<L>,
+) -> V3<L> {
+    let left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time.as_ref());
+    if !world.effects.has(Effect::Opacity) {
+        return left;
+    }
+    let active = shadow.active & left.x.max(left.y).max(left.z).gt(L::lit(s, 0.0));
+    left.times(cutout_transmittance(s, world, blockers, Rays { active, ..shadow }, time))
+}
+
 /// The share of each channel that passes the surfaces along shadow rays which are only partly there. The rays end at `t_max`
 /// and have directions of any length; what blocks them has been looked for.
 #[inline(never)]
-pub(super) fn cutout_transmittance<L: Lanes>(
+fn cutout_transmittance<L: Lanes>(
     s: L::Simd,
     world: &World<L::Real>,
     blockers: Blockers,

@@ -9,7 +9,6 @@ use serde::Serialize;
 /// Whitted's kinds of rays that are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the names say it")]
 pub enum RayKind {
     Camera,
     Reflected,
@@ -20,7 +19,7 @@ pub enum RayKind {
 
 /// A packet of rays to follow.
 #[derive(Debug, Clone, Copy)]
-pub struct RayPacket<L: Lanes> {
+pub(crate) struct RayPacket<L: Lanes> {
     /// Start.
     pub origin: V3<L>,
     /// Unit direction.

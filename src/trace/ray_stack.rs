@@ -97,7 +97,7 @@ impl<L: Lanes, O: Observer<L>, V: Variant> Tracer<'_, L, O, V> {
                 rays.active &= !lanes;
                 self.counts.dropped += u64::from(lanes.count_ones());
                 self.record_omitted_rays(lanes, rays.weight, rays.depth, rays.straight);
-                if O::WATCHING {
+                if O::WATCHING && lanes != 0 {
                     self.observer.not_followed(rays.parent, rays.kind, rays.weight, NotFollowed::Budget);
                 }
             },

@@ -9,11 +9,11 @@ use super::hits::Hits;
 use super::kernel::Tracer;
 use super::lighting::SHADOW_SHARE;
 use super::observer::Observer;
-use super::opacity::cutout_transmittance;
+use super::opacity::transmittance_with_holes;
 use super::ray_packet::RayPacket;
 use super::sampling::Choice;
 use super::variants::Variant;
-use crate::accel::{Blockers, Coherence, Shape, transmittance};
+use crate::accel::{Blockers, Coherence, Shape};
 use crate::lanes::{Ids, Lanes, MAX_LANES, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
 use crate::scene::effects::Effect;
@@ -167,19 +167,12 @@ fn direct_light<L: Lanes, O: Observer<L>, V: Variant>(
     if !lit.any() {
         return black;
     }
-    tracer.counts.shadow += u64::from(lit.bits().count_ones());
-    tracer.count_lanes(lit.bits(), 0);
+    tracer.count_shadow_rays(lit.bits());
     let t_max = chosen.distance * L::lit(s, WAY);
     let shadow = Rays { origin: hits.surface.leave(hits.ng), dir: to_light, t_min: zero, t_max, active: lit };
     // What passes bodies is found by rays, which they bend.
-    let has_holes = world.effects.has(Effect::Opacity);
-    let blockers = if has_holes { Blockers::Holed } else { Blockers::Opaque };
-    let (coherence, time) = (Coherence::Incoherent, hits.time.as_ref());
-    let mut left = transmittance(s, &world.geometries, world.root, blockers, shadow, coherence, time);
-    if has_holes {
-        let open = lit & left.x.max(left.y).max(left.z).gt(zero);
-        left = left.times(cutout_transmittance(s, world, blockers, Rays { active: open, ..shadow }, hits.time));
-    }
+    let blockers = if world.effects.has(Effect::Opacity) { Blockers::Holed } else { Blockers::Opaque };
+    let left = transmittance_with_holes(s, world, blockers, shadow, Coherence::Incoherent, hits.time);
     V3::select(lit, added.times(left), black)
 }
 

@@ -22,7 +22,7 @@ const LAST_PAIR: u8 = 3;
 
 /// Kinds of choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Choice {
+pub(crate) enum Choice {
     /// A point of the lens.
     Lens,
     /// A time while the shutter is open.
@@ -69,7 +69,7 @@ impl Choice {
 /// The coordinates that choices take, after the two of the place in the pixel. The first ones are spread best, so
 /// choices that a scene does not call for take none, and two that come late are worth less than an order of their own.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Dimensions {
+pub(crate) struct Dimensions {
     time: u8,
     lens: u8,
     first_hit: u8,
@@ -99,10 +99,10 @@ impl Dimensions {
     }
 }
 
-/// A hash of each lane's pixel and of a batch of its samples.
+/// A hash of each lane's pixel and of a set of its samples.
 #[inline(always)]
-fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], batch: u32) -> [u32; MAX_LANES] {
-    let seed = 0x9e37_79b9 ^ if batch == 0 { 0 } else { hash(batch) };
+fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], set: u32) -> [u32; MAX_LANES] {
+    let seed = 0x9e37_79b9 ^ if set == 0 { 0 } else { hash(set) };
     let mut hashes = [0; MAX_LANES];
     for lane in 0..MAX_LANES {
         hashes[lane] = hash(columns[lane] ^ hash(rows[lane] ^ seed));
@@ -110,15 +110,15 @@ fn hashes([columns, rows]: &[[u32; MAX_LANES]; 2], batch: u32) -> [u32; MAX_LANE
     hashes
 }
 
-/// How far a batch shifts the samples within each lane's pixel along an axis, in 2^-32 of a pixel.
-pub(super) fn shifts(corners: &[[u32; MAX_LANES]; 2], batch: u32, axis: usize) -> [u32; MAX_LANES] {
+/// How far a set shifts the samples within each lane's pixel along an axis, in 2^-32 of a pixel.
+pub(super) fn shifts(corners: &[[u32; MAX_LANES]; 2], set: u32, axis: usize) -> [u32; MAX_LANES] {
     // Numbers that no kind of choice has.
-    hashes(corners, batch).map(|pixel| hash(pixel ^ hash(0x8000_0000 + axis as u32)))
+    hashes(corners, set).map(|pixel| hash(pixel ^ hash(0x8000_0000 + axis as u32)))
 }
 
 /// The place of a sample within its pixel along an axis. The first is the centre.
 #[inline(always)]
-pub fn sample_offset(index: u32, axis: usize) -> f64 {
+pub(crate) fn sample_offset(index: u32, axis: usize) -> f64 {
     FIRST_PLACES[axis].get(index as usize).copied().unwrap_or_else(|| computed_place(index, axis))
 }
 
@@ -143,7 +143,7 @@ const fn computed_place(index: u32, axis: usize) -> f64 {
 
 /// The choices of the samples of a packet.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Sampler {
+pub(crate) struct Sampler {
     /// A hash of each sample's pixel.
     pixels: [u32; MAX_LANES],
     /// The number of each.
@@ -152,21 +152,21 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// The choices of samples by their number in a batch, and by the columns and rows of their pixels. Different batches choose
+    /// The choices of samples by their number in a set, and by the columns and rows of their pixels. Different sets choose
     /// independently.
     #[inline(always)]
-    pub fn new(
+    pub(crate) fn new(
         corners: &[[u32; MAX_LANES]; 2],
-        batch: u32,
+        set: u32,
         numbers: &[u32; MAX_LANES],
         dimensions: Dimensions,
     ) -> Self {
-        Self { pixels: hashes(corners, batch), numbers: *numbers, dimensions }
+        Self { pixels: hashes(corners, set), numbers: *numbers, dimensions }
     }
 
     /// A point of the unit square for each lane, in [0, 1) x [0, 1), for a choice at a place in the tree of rays.
     #[inline(always)]
-    pub fn square<L: Lanes>(&self, s: L::Simd, path: u32, choice: Choice) -> [L; 2] {
+    pub(crate) fn square<L: Lanes>(&self, s: L::Simd, path: u32, choice: Choice) -> [L; 2] {
         let seed = hash(path ^ hash(choice.number()));
         if let Some(first) = self.dimensions.first(choice, path) {
             let [x, y] = [first, first + 1];
@@ -184,14 +184,14 @@ impl Sampler {
 
     /// A time in [0, 1) for each lane.
     #[inline(always)]
-    pub fn time<L: Lanes>(&self, s: L::Simd) -> L {
+    pub(crate) fn time<L: Lanes>(&self, s: L::Simd) -> L {
         let first = self.dimensions.first(Choice::Time, 0).unwrap_or_default();
         self.scrambled(s, &sobol::coordinates(&self.numbers, first), hash(hash(Choice::Time.number())))
     }
 
     /// One of `count` wavelengths for each lane, a power of 2: each aligned run of `count` samples takes each of them once.
     #[inline(always)]
-    pub fn wavelength(&self, count: u32) -> [usize; MAX_LANES] {
+    pub(crate) fn wavelength(&self, count: u32) -> [usize; MAX_LANES] {
         debug_assert!(count.is_power_of_two());
         let first = self.dimensions.first(Choice::Wavelength, 0).unwrap_or_default();
         let (points, seed) = (sobol::coordinates(&self.numbers, first), hash(hash(Choice::Wavelength.number())));
@@ -218,7 +218,7 @@ impl Sampler {
 
 /// The place in the tree of the ray of a kind that leaves from what a ray hits.
 #[inline(always)]
-pub fn child(path: u32, kind: RayKind) -> u32 {
+pub(crate) fn child(path: u32, kind: RayKind) -> u32 {
     path.wrapping_mul(4).wrapping_add(kind as u32 + 1)
 }
 

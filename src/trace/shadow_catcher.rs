@@ -60,8 +60,7 @@ fn caught_in<L: Lanes, O: Observer<L>, V: Variant>(
         if !lit.any() {
             continue;
         }
-        tracer.counts.shadow += u64::from(lit.bits().count_ones());
-        tracer.count_lanes(lit.bits(), 0);
+        tracer.count_shadow_rays(lit.bits());
         let shadow = shadow_rays(s, &place, from, lit);
         let left = shadow_transmittance(tracer, blockers, shadow, rays, hits);
         let [red, green, blue] = light.color.map(Real::to_f64);

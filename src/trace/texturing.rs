@@ -17,7 +17,7 @@ use crate::shading::texture::uv::{Attributes, Face};
 use glam::DVec3;
 
 /// Smallest cosine for the length of a footprint; longer ones are blurred anyway.
-const GRAZING: f64 = 1e-3;
+const LEAST_COSINE: f64 = 1e-3;
 
 /// Cosine that replaces that of slopes which face away from the ray.
 const EDGE_ON: f64 = 1e-3;
@@ -191,7 +191,7 @@ impl<W: Double> Part<W> {
         let head_on = along.eq(V3::splat(s, [0.0; 3])).bits() & lanes;
         let along = if head_on == 0 { along } else { self.head_on(s, head_on, along) };
         let side = self.facing.cross(along);
-        [along * (self.width / cosine.max(W::lit(s, GRAZING))), side * self.width]
+        [along * (self.width / cosine.max(W::lit(s, LEAST_COSINE))), side * self.width]
     }
 
     /// Any unit vectors across the normals in some lanes, and `along` in the others.

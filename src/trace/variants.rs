@@ -1,7 +1,7 @@
 //! Which effects a kernel is compiled for. What a scene does not call for is not even in the kernel that traces it.
 //!
-//! Each axis doubles the kernels, so there are few, and the general kernel traces every scene to the same bytes. Within
-//! an axis a kernel asks the scene's [`SceneEffects`](crate::scene::effects::SceneEffects) once for a packet of rays.
+//! Each variant is another copy of the kernel, so there are few, and the general one traces every scene to the same bytes. Within
+//! a variant a kernel asks the scene's [`SceneEffects`](crate::scene::effects::SceneEffects) once for a packet of rays.
 
 use crate::lanes::Real;
 use crate::scene::world::World;
@@ -82,11 +82,14 @@ impl KernelVariant {
 
     /// What it is compiled for: reflection, transmission, footprints, details, samples.
     pub fn axes(self) -> [bool; 5] {
+        fn of<V: Variant>() -> [bool; 5] {
+            [V::SECONDARY, V::SECONDARY, V::FOOTPRINTS, V::DETAILS, V::DETAILS]
+        }
         match self {
-            Self::Local => [false; 5],
-            Self::Whitted => [true, true, false, false, false],
-            Self::Filtered => [true, true, true, false, false],
-            Self::General => [true; 5],
+            Self::Local => of::<Local>(),
+            Self::Whitted => of::<Whitted>(),
+            Self::Filtered => of::<Filtered>(),
+            Self::General => of::<General>(),
         }
     }
 }

@@ -44,6 +44,27 @@ fn max_depth_and_min_weight_cut_the_series() {
     }
 }
 
+/// What is gathered and what goes straight on end at the greatest depth, too, and trees say so.
+#[test]
+fn trees_name_every_kind_of_ray_that_the_depth_ends() {
+    let holes = json!({ "pbr": { "unlit": true, "opacity": { "alpha": 0.5 } } });
+    for (material, render, kind) in [
+        (json!({ "diffuse": 0.5 }), json!({ "max_depth": 2, "fidelity": "faithful", "samples": 1 }), "gathered"),
+        (holes, json!({ "max_depth": 2 }), "transmitted"),
+    ] {
+        let plane = |y: f64| json!({ "plane": { "point": [0, y, 0], "normal": [0, 1, 0], "material": "it" } });
+        let more = json!({ "materials": { "it": material }, "background": 1, "render": render });
+        for world in &worlds(json!([plane(0.0), plane(-1.0), plane(20.0)]), more) {
+            let tree = trace_pixel(&world.scene, 0, 0);
+            assert_eq!(tree.rays.iter().filter(|ray| ray.hit.is_some()).count(), 2, "one for each depth");
+            let ended: Vec<_> = tree.rays.iter().flat_map(|ray| &ray.not_followed).collect();
+            let names: Vec<_> = ended.iter().map(|end| (serde_json::to_value(end.kind).unwrap(), end.why)).collect();
+            assert_eq!(names, [(json!(kind), "depth")]);
+            assert_eq!(ended[0].weight, [0.25; 3]);
+        }
+    }
+}
+
 /// Light that goes on for thousands of rays is followed to the depth that pictures are held against: they were black, and
 /// beyond 4,096 rays nothing was proved.
 #[test]
