@@ -230,7 +230,7 @@ pub fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
 }
 
-/// Measures working time: what this thread's controls were paused is left out.
+/// Measures working time of one thread: what its controls were paused is left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
     started: Instant,
@@ -245,7 +245,7 @@ impl Stopwatch {
 
     /// Time worked since the start.
     pub fn elapsed(&self) -> Duration {
-        self.started.elapsed().saturating_sub(paused() - self.paused)
+        self.started.elapsed().saturating_sub(paused().saturating_sub(self.paused))
     }
 
     /// The same in milliseconds.

@@ -157,6 +157,12 @@ fn typical(numbers: &[f64]) -> (f64, f64) {
     (middle, (2.0 + 8.0 / n) * 1.25 * spread / (n.sqrt() * middle))
 }
 
+/// How many standard errors an interval of n blocks reaches to either side: 2.5, since what pixels cost has a long tail, and more
+/// for few blocks, whose spread is itself uncertain.
+pub(super) fn standard_errors(n: f64) -> f64 {
+    2.5 + 8.0 / n
+}
+
 /// Estimates the sum over all pixels of a value that blocks have, and its interval from the spread of neighbouring blocks:
 /// collapsed strata with one block each (Cochran, Sampling Techniques, 5A.12). `left` is the share that was not traced.
 fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: f64) -> Expected {
@@ -166,9 +172,7 @@ fn expected(blocks: &[Block], value: &dyn Fn(&Block) -> f64, pixels: f64, left: 
     let each = |block: &Block| value(block) - mean * block.pixels as f64;
     let squares: f64 = blocks.windows(2).map(|pair| (each(&pair[0]) - each(&pair[1])).powi(2)).sum();
     let variance = squares / (2.0 * (n - 1.0).max(1.0)) * n / (traced * traced) * left;
-    // 2.5 standard errors, since what pixels cost has a long tail, and more for few blocks, whose spread is itself uncertain. A
-    // single block has none.
-    let errors = 2.5 + 8.0 / n;
-    let reach = if n < 2.0 { mean * left } else { errors * variance.sqrt() };
+    // A single block has no spread.
+    let reach = if n < 2.0 { mean * left } else { standard_errors(n) * variance.sqrt() };
     Expected { value: mean * pixels, interval: [(mean - reach).max(0.0) * pixels, (mean + reach) * pixels] }
 }

@@ -7,7 +7,7 @@
 
 use super::block::{Block, Chances};
 use super::cells::Cells;
-use super::pilot::Effort;
+use super::pilot::{Effort, standard_errors};
 use crate::control::{Cancelled, Control, Stopwatch};
 use crate::film::Region;
 use crate::render::{BLOCK, PacketCost, Probe, border_share};
@@ -196,7 +196,7 @@ impl Survey {
             let n = heavier.len() as f64;
             let mean = heavier.iter().sum::<f64>() / n;
             let variance = heavier.iter().map(|each| (each - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            (self.heavier, self.heavier_off) = (mean, (2.5 + 8.0 / n) * (variance / n).sqrt());
+            (self.heavier, self.heavier_off) = (mean, standard_errors(n) * (variance / n).sqrt());
         }
         self.slowdowns = slowdowns;
     }

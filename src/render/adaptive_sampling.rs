@@ -96,14 +96,7 @@ impl<R: KernelFormat> Renderer<'_, R> {
         let alpha = vec![0.0; if self.job.world.transparent { count } else { 0 }];
         let mut all = Traced { pixels: vec![[0.0; 3]; count], alpha, ..Traced::default() };
         for wanted in region.tiles(EDGE) {
-            let mut part = self.patch(wanted)?.shown()?;
-            for (at, pixel) in wanted.iter().zip(std::mem::take(&mut part.pixels)) {
-                all.pixels[region.index(at)] = pixel;
-            }
-            for (at, alpha) in wanted.iter().zip(std::mem::take(&mut part.alpha)) {
-                all.alpha[region.index(at)] = alpha;
-            }
-            all.append(part);
+            all.put(wanted.iter().map(|at| region.index(at)), self.patch(wanted)?.shown()?);
         }
         Ok(all)
     }

@@ -41,13 +41,8 @@ impl<R: KernelFormat> Renderer<'_, R> {
             let indices: Vec<usize> = (0..pixels.len()).filter(of_level).collect();
             let at: Vec<[u32; 2]> = indices.iter().map(|index| pixels[*index].at).collect();
             let mut level = self.list(&at, samples)?;
-            for (index, (pixel, width)) in indices.iter().zip(level.pixels.drain(..).zip(level.widths.drain(..))) {
-                (all.pixels[*index], all.widths[*index]) = (pixel, width);
-            }
-            for (index, alpha) in indices.iter().zip(level.alpha.drain(..)) {
-                all.alpha[*index] = alpha;
-            }
-            all.append(level);
+            indices.iter().zip(level.widths.drain(..)).for_each(|(index, width)| all.widths[*index] = width);
+            all.put(indices.iter().copied(), level);
         }
         Ok(all)
     }

@@ -54,7 +54,7 @@ pub use crate::trace::counts::RayCounts;
 
 /// Part of the names under which pictures are cached. Raise it with every change that may change a pixel of any picture;
 /// golden pictures notice such changes.
-pub const RENDER_EPOCH: u32 = 36;
+pub const RENDER_EPOCH: u32 = 37;
 
 /// Renders a region of the scene's picture, which must fit ([`Region::fits`]).
 pub fn render(scene: &Scene, region: Region, control: &Control) -> Result<Picture, Cancelled> {

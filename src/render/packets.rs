@@ -80,6 +80,13 @@ impl Traced {
         all
     }
 
+    /// Puts the pixels of a part and their alpha to some places, and adds what else is known of it.
+    pub(super) fn put(&mut self, places: impl Iterator<Item = usize> + Clone, mut part: Self) {
+        places.clone().zip(part.pixels.drain(..)).for_each(|(place, pixel)| self.pixels[place] = pixel);
+        places.zip(part.alpha.drain(..)).for_each(|(place, alpha)| self.alpha[place] = alpha);
+        self.append(part);
+    }
+
     /// Adds those of others.
     pub(super) fn append(&mut self, part: Self) {
         self.pixels.extend(part.pixels);
@@ -88,6 +95,7 @@ impl Traced {
         self.bounded.append(part.bounded);
         self.widths.extend(part.widths);
         self.costs.extend(part.costs);
+        self.packets.extend(part.packets);
         self.rays = self.rays + part.rays;
         self.reached = self.reached + part.reached;
     }

@@ -70,15 +70,15 @@ impl<'a> Probe<'a> {
 impl<R: KernelFormat> Renderer<'_, R> {
     fn blocks(&self, blocks: &[Region]) -> Vec<(Vec<[u8; 6]>, PacketCost)> {
         let whole = blocks.iter().all(|block| block.pixels() == u64::from(BLOCK * BLOCK));
-        if !whole || self.scene.adaptive || self.scene.statistical.is_some() {
-            // The number of pixels is not that of a block.
+        if blocks.is_empty() || !whole || self.scene.adaptive || self.scene.statistical.is_some() {
+            // Else the number of pixels is not that of blocks.
             return blocks.iter().map(|block| self.block(block)).collect();
         }
         let mut traced = Traced::default();
         let at: Vec<[u32; 2]> = blocks.iter().flat_map(|block| block.iter()).collect();
         R::trace(self.options.level, &self.job, &at, Samples::of_picture(self.scene.samples), &mut traced);
         self.control.add_rays(traced.rays.total());
-        let packets = traced.packets.chunks(traced.packets.len() / blocks.len().max(1));
+        let packets = traced.packets.chunks(traced.packets.len() / blocks.len());
         let codes = codes_over_both(&self.job.world.display, &traced.pixels, &traced.alpha);
         codes.chunks(MAX_LANES).zip(packets).map(|(codes, packets)| (codes.to_vec(), PacketCost::of(packets))).collect()
     }

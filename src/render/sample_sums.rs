@@ -193,14 +193,7 @@ impl SampleSums {
                 4 => add_each::<4>(&light[..len], of_first, sums, second),
                 8 => add_each::<8>(&light[..len], of_first, sums, second),
                 16 => add_each::<16>(light, of_first, sums, second),
-                _ => {
-                    for (light, (sum, second)) in light[..len].chunks_exact(count).zip(sums.iter_mut().zip(second)) {
-                        let (early, late) = light.split_at(of_first);
-                        let (early, late) = (early.iter().sum::<f64>(), late.iter().sum::<f64>());
-                        *sum += early + late;
-                        *second += late;
-                    }
-                }
+                _ => add_any(&light[..len], count, of_first, sums, second),
             }
         }
         if self.is_transparent {
@@ -350,7 +343,18 @@ impl PixelSums {
     }
 }
 
-/// Adds up the samples of pixels with `N` each, of which `of_first` are of the first half.
+/// Adds up the samples of pixels with `count` each, of which `of_first` are of the first half.
+#[inline(always)]
+fn add_any(light: &[f64], count: usize, of_first: usize, sums: &mut [f64], second: &mut [f64]) {
+    for (light, (sum, second)) in light.chunks_exact(count).zip(sums.iter_mut().zip(second)) {
+        let (early, late) = light.split_at(of_first);
+        let (early, late) = (early.iter().sum::<f64>(), late.iter().sum::<f64>());
+        *sum += early + late;
+        *second += late;
+    }
+}
+
+/// [`add_any`] of a count that the compiler knows.
 #[inline(always)]
 fn add_each<const N: usize>(light: &[f64], of_first: usize, sums: &mut [f64], second: &mut [f64]) {
     for (light, (sum, second)) in light.as_chunks::<N>().0.iter().zip(sums.iter_mut().zip(second)) {
@@ -408,4 +412,28 @@ pub(crate) fn trace_samples<L: Lanes, O: Observer<L>, V: Variant>(
         }
     }
     tracer.counts.given_up += u64::from(sums.given_up.count_ones());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_known_count_adds_up_as_any_does() {
+        fn check<const N: usize>() {
+            let light: Vec<f64> =
+                (0..3 * N as u32).map(|i| crate::math::pow(1.7, f64::from(i * 7 % 13) - 6.0)).collect();
+            for of_first in 0..=N {
+                let [mut known, mut any] = [[[1.0, 2.0, 3.0], [0.5, 0.25, 0.125]]; 2];
+                let [sums, second] = &mut known;
+                add_each::<N>(&light, of_first, sums, second);
+                let [sums, second] = &mut any;
+                add_any(&light, N, of_first, sums, second);
+                assert_eq!(known, any, "{of_first} of {N}");
+            }
+        }
+        check::<4>();
+        check::<8>();
+        check::<16>();
+    }
 }
