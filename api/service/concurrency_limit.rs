@@ -26,9 +26,14 @@ impl<K> Default for ConcurrencyLimit<K> {
 impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
     /// Another permit for `who`. None if it has `most` already.
     pub(crate) fn enter(&self, who: K, most: u32) -> Option<Permit<K>> {
+        self.enter_if(who, |own, _| own < most)
+    }
+
+    /// The same if `may` says so of the permits that `who` has, and of a function that counts all.
+    pub(crate) fn enter_if(&self, who: K, may: impl FnOnce(u32, &dyn Fn() -> u64) -> bool) -> Option<Permit<K>> {
         let mut taken = self.0.lock();
         let count = taken.get(&who).copied().unwrap_or(0);
-        (count < most).then(|| {
+        may(count, &|| all(&taken)).then(|| {
             taken.insert(who.clone(), count + 1);
             Permit { places: Arc::clone(&self.0), who }
         })
@@ -36,8 +41,12 @@ impl<K: Hash + Eq + Clone> ConcurrencyLimit<K> {
 
     /// All permits in use.
     pub(crate) fn taken(&self) -> u64 {
-        self.0.lock().values().copied().map(u64::from).sum()
+        all(&self.0.lock())
     }
+}
+
+fn all<K>(taken: &HashMap<K, u32>) -> u64 {
+    taken.values().copied().map(u64::from).sum()
 }
 
 impl<K: Hash + Eq> Drop for Permit<K> {

@@ -7,6 +7,7 @@ use crate::service::scheduler::pool::Workers;
 use serde_json::json;
 use std::time::{Duration, Instant};
 use strahl::camera::Window;
+use strahl::control::Stopwatch;
 use strahl::film::{Adjustment, Codes, Display, FileFormat, Region, encode_exr_with};
 use strahl::plan::pilot::Effort;
 use strahl::render::{
@@ -87,16 +88,16 @@ pub(crate) fn make(
     remote: Option<RemoteRender<'_>>,
 ) -> Result<Rendered, Cancelled> {
     let scene = &ready.scene;
-    let &RenderSpec { window, region, adjustment, format, layers, note, predict, asked } = spec;
+    let &RenderSpec { window, region, adjustment, format, layers, note: has_note, predict, asked } = spec;
     let mut plan = ready.outline.plan(scene);
     if predict && !matches!(ready.render.accuracy(), Accuracy::Time(_)) {
         workers.work(|| plan.estimate(scene, region, control, Effort::BESIDE))??;
     }
     // The codes are made on the pool; the file takes one thread, while the pool goes on.
     let finish = |picture: &Picture| {
-        let coding = Instant::now();
+        let coding = Stopwatch::start();
         let codes = Codes::new(&picture.film, format).adjusted(adjustment);
-        (codes, ErrorBounds::about(picture, scene), milliseconds(coding))
+        (codes, ErrorBounds::about(picture, scene), coding.milliseconds())
     };
     let began = asked.unwrap_or(started);
     let (mut picture, (codes, error, coding_ms)) = match remote.map_or(Ok(None), |render| render(spec))? {
@@ -109,16 +110,20 @@ pub(crate) fn make(
     let replay = Replay::of(&picture, ready);
     let mut made = Vec::new();
     if !layers.is_empty() {
-        let tracing = Instant::now();
-        let (layers, rays) = workers.work(|| render_layers(scene, &window, region, control, layers))??;
+        let trace = || {
+            let tracing = Stopwatch::start();
+            let layers = render_layers(scene, &window, region, control, layers);
+            layers.map(|(layers, rays)| (layers, rays, tracing.milliseconds()))
+        };
+        let (layers, rays, ms) = workers.work(trace)??;
         (made, picture.rays) = (layers, picture.rays + rays);
-        picture.trace_ms += milliseconds(tracing);
+        picture.trace_ms += ms;
     }
     let writing = Instant::now();
     let (file, layers) = if format == FileFormat::Exr && !made.is_empty() {
         (encode_exr_with(&picture.film, made.into_iter().map(|(_, layer)| layer).collect()), Vec::new())
     } else {
-        let note = note.then(|| super::render::note(&error, &replay));
+        let note = has_note.then(|| note(&error, &replay));
         let layers = made.iter().map(|(kind, layer)| (kind.name(), layer.png(region, format)));
         (codes.file_with(&picture.film, format, note.as_deref()), layers.collect())
     };
@@ -141,7 +146,6 @@ pub(crate) fn make(
 /// Traces a region of a window as the scene's accuracy asks. A picture in a time ends so that its file is ready in that
 /// time since `began`. Such a picture, and one of so many rays, are shown to `watcher` meanwhile. `finish` is done on the pool,
 /// right after it.
-#[expect(clippy::too_many_arguments, reason = "each is another fact")]
 pub(crate) fn trace<T: Send>(
     ready: &PreparedScene,
     window: &Window,

@@ -60,7 +60,7 @@ pub(crate) struct Cost {
 }
 
 impl Cost {
-    /// The cost of a picture that was begun at `started`.
+    /// The cost of a picture that was begun at `began`.
     pub(crate) fn of(
         picture: &Picture,
         phases_ms: Phases,

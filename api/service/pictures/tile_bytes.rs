@@ -148,10 +148,10 @@ impl Owner {
 
 /// Whether two tiles show the same. What they took differs from node to node.
 pub(crate) fn show_the_same(one: &[u8], other: &[u8]) -> bool {
-    let shown = |tile: &[u8]| {
+    fn shown(tile: &[u8]) -> Option<&[u8]> {
         let took = words(tile.get(4..8)?)[0] as usize;
-        tile.get(HEAD + took..tile.len().checked_sub(DIGEST)?).map(<[u8]>::to_vec)
-    };
+        tile.get(HEAD + took..tile.len().checked_sub(DIGEST)?)
+    }
     shown(one).is_some_and(|one| Some(one) == shown(other))
 }
 

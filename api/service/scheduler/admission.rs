@@ -92,8 +92,8 @@ impl Queue {
     async fn wait_for(&self, task: Task, work: Box<dyn FnOnce(&Work) + Send>) -> Result<f64, Error> {
         let queued = Instant::now();
         let deadline = (queued + self.patience).into();
-        let most = if self.taken() < self.size { u32::MAX } else { GUARANTEED };
-        let place = self.places.enter(Arc::clone(&task.tenant), most).ok_or_else(|| self.full())?;
+        let may = |own: u32, all: &dyn Fn() -> u64| own < GUARANTEED || all() < self.size as u64;
+        let place = self.places.enter_if(Arc::clone(&task.tenant), may).ok_or_else(|| self.full())?;
         let control = Control::default();
         let _guard = CancelOnDrop(control.clone());
         let workers = Arc::clone(&self.pool).join(task, control.clone());

@@ -158,7 +158,8 @@ mod tests {
     use super::super::task::Class;
     use super::*;
     use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
+    use strahl::control::Stopwatch;
     use strahl::film::Region;
     use strahl::render::render;
 
@@ -169,7 +170,8 @@ mod tests {
     #[test]
     fn a_paused_picture_is_the_picture() {
         let text = include_bytes!("../../../scenes/whitted/whitted.json");
-        let overrides = strahl::scene::Overrides { width: Some(333), height: Some(190), ..Default::default() };
+        // It takes more than a slice.
+        let overrides = strahl::scene::Overrides { width: Some(800), height: Some(450), ..Default::default() };
         let scene = strahl::scene::load(text, strahl::scene::Format::Json, &overrides).unwrap().scene;
         let whole = Region::whole(scene.width, scene.height);
         let alone = render(&scene, whole, &Control::default()).unwrap();
@@ -180,13 +182,19 @@ mod tests {
         });
         let pictures = thread::scope(|scope| {
             let threads = [&one, &other].map(|(workers, control)| {
-                scope.spawn(|| workers.work(|| render(&scene, whole, control)).unwrap().unwrap())
+                let work = || {
+                    let (wall, worked) = (Instant::now(), Stopwatch::start());
+                    let picture = render(&scene, whole, control).unwrap();
+                    (picture, wall.elapsed().saturating_sub(worked.elapsed()))
+                };
+                scope.spawn(move || workers.work(work).unwrap())
             });
             threads.map(|thread| thread.join().unwrap())
         });
-        for picture in pictures {
+        for (picture, _) in &pictures {
             assert!(picture.film == alone.film && picture.rays == alone.rays);
         }
+        assert!(pictures.iter().any(|(_, paused)| *paused > Duration::ZERO), "neither was paused");
     }
 
     /// Work that never looks at its control.
