@@ -36,6 +36,8 @@ pub use model::{Lamp, LampKind, Model, ModelCamera, Picture, Placement, Projecti
 pub(crate) use name::{NAME_BYTES, shortened};
 pub use name_or_index::{NameOrIndex, counted};
 
+use std::fmt;
+
 /// Gives the part of a model that has a name; an error is the end of a sentence that begins with the name.
 pub type Parts<'a> = dyn Fn(&str) -> Result<Vec<u8>, String> + 'a;
 
@@ -67,8 +69,27 @@ pub struct Choice {
     pub strict: bool,
 }
 
+impl Choice {
+    /// Fails if something is chosen of which only glTF has any.
+    fn check_lacking(&self) -> Result<(), Faults> {
+        let lacking = |what: &str, wanted: &dyn fmt::Display| {
+            let detail = format!("there is no {what} {wanted}: only glTF has any");
+            Faults::one(Fault::new("", Kind::UnknownReference, detail))
+        };
+        match (&self.scene, &self.animation, &self.variant) {
+            (Some(scene), ..) => Err(lacking("scene", scene)),
+            (_, Some(animation), _) => Err(lacking("animation", animation)),
+            (.., Some(variant)) => Err(lacking("variant", variant)),
+            (None, None, None) => Ok(()),
+        }
+    }
+}
+
 /// Reads a model.
 pub fn read(format: ModelFormat, bytes: &[u8], parts: &Parts<'_>, choice: Choice) -> Result<Model, Faults> {
+    if format != ModelFormat::Gltf {
+        choice.check_lacking()?;
+    }
     let mut model = match format {
         ModelFormat::Gltf => gltf::read(bytes, parts, choice)?,
         ModelFormat::Obj => obj::read(bytes, parts)?,

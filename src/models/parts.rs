@@ -5,7 +5,8 @@
 
 use super::data_uri::{self, percent_decoded};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 
 /// Most parts of a body.
 const PARTS: usize = 4_096;
@@ -154,18 +155,29 @@ fn shown(name: &str) -> String {
 
 /// The parts of a body by their paths.
 #[derive(Debug)]
-pub struct Named<'a>(HashMap<Cow<'a, str>, &'a [u8]>);
+pub struct Named<'a> {
+    parts: HashMap<Cow<'a, str>, &'a [u8]>,
+    read: RefCell<HashSet<String>>,
+}
 
 impl<'a> Named<'a> {
     /// Those parts, of which no two have the same path ([`model_of`]).
     pub fn new(parts: &[Part<'a>]) -> Self {
-        Self(parts.iter().map(|part| (own_path(part.name), part.bytes)).collect())
+        let parts = parts.iter().map(|part| (own_path(part.name), part.bytes)).collect();
+        Self { parts, read: RefCell::default() }
     }
 
     /// The bytes of the part that a model means by a name.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
-        let bytes = self.0.get(&own_path(name)).ok_or("is none of the parts of the request")?;
+        let path = own_path(name);
+        let bytes = self.parts.get(&path).ok_or("is none of the parts of the request")?;
+        self.read.borrow_mut().insert(path.into_owned());
         Ok(bytes.to_vec())
+    }
+
+    /// Whether a part has been read.
+    pub fn has_read(&self, name: &str) -> bool {
+        self.read.borrow().contains(&*own_path(name))
     }
 }
 

@@ -4,7 +4,7 @@
 pub use super::hashes::{SCHEME, hash_of, is_hash, named_in};
 
 use super::description::{Description, Object};
-use super::pictures::sources;
+use super::pictures::{sources, sources_of};
 use super::problem::{Code, Problem, Problems};
 use super::{Files, problem};
 use std::collections::HashSet;
@@ -22,11 +22,17 @@ fn names(description: &Description) -> Vec<(&str, String)> {
     names
 }
 
-/// The assets of the models in a list.
+/// The assets of the models in a list, and the pictures of what replaces their materials.
 fn list<'a>(pointer: &str, objects: &'a [Object], into: &mut Vec<(&'a str, String)>) {
     for (index, object) in objects.iter().enumerate() {
         match object {
-            Object::Model(model) => into.push((&model.asset, format!("{pointer}/{index}/model/asset"))),
+            Object::Model(model) => {
+                let at = format!("{pointer}/{index}/model");
+                into.push((&model.asset, format!("{at}/asset")));
+                for (name, material) in &model.materials {
+                    into.extend(sources_of(material, &problem::push_token(&format!("{at}/materials"), name)));
+                }
+            }
             Object::Group(group) => list(&format!("{pointer}/{index}/group/objects"), &group.objects, into),
             _ => {}
         }

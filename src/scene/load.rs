@@ -214,7 +214,10 @@ pub(super) fn meant<E>(description: &Description, error: NotLoaded<E>) -> NotLoa
     let Some(models) = description.models.get() else { return error };
     error.with(|problems| {
         let Problems(mut problems) = named(&description.whole(), &models.pictures, problems, true);
-        problems.iter_mut().for_each(|problem| _ = models.place(&mut problem.pointer));
+        for problem in &mut problems {
+            models.place(&mut problem.pointer);
+            models.shorten(&mut problem.detail);
+        }
         Problems(problems).each_once()
     })
 }

@@ -1,7 +1,7 @@
 //! The pictures of a scene's textures and environment, each read and decoded once.
 
 use super::description::{
-    AlphaMode, Description, Diffuse, ImageMap, Opacity, PictureNames, Relief, TexelChannel, Textured,
+    AlphaMode, Description, Diffuse, ImageMap, Material, Opacity, PictureNames, Relief, TexelChannel, Textured,
 };
 use super::files::Files;
 use super::hashes::hash_of;
@@ -131,55 +131,67 @@ pub(super) fn known<'a>(description: &'a Description, pictures: &[Arc<Mipmap>]) 
 }
 
 /// The pictures of a description, with the JSON pointer of each.
-fn wanted<'a>(description: &'a Description) -> Vec<(&'a str, Meaning, String)> {
+fn wanted(description: &Description) -> Vec<(&str, Meaning, String)> {
     let mut wanted = Vec::new();
     if let Some(image) = description.environment.as_ref().and_then(|environment| environment.image.as_ref()) {
         wanted.push((image.as_str(), Meaning::Radiance, "/environment/image".to_owned()));
     }
     for (name, material) in description.materials.iter() {
-        let at = |rest: &str| push_token("/materials", name) + rest;
-        let mut map = |image: &'a ImageMap, meaning, pointer| wanted.push((image.source.as_str(), meaning, pointer));
-        if let Some(image) = material.ambient.as_ref().and_then(Diffuse::image) {
-            map(image, Meaning::Color, at("/ambient/image/source"));
-        }
-        if let Some(image) = material.diffuse.image() {
-            map(image, Meaning::Color, at("/diffuse/image/source"));
-        }
-        if let Some(Relief::Image(image)) = material.bump.as_ref().map(|bump| &bump.texture) {
-            map(image, Meaning::Height, at("/bump/texture/image/source"));
-        }
-        if let Some(normals) = &material.normal_map {
-            map(&normals.image, Meaning::Normal, at("/normal_map/image/source"));
-        }
-        if let Some(pbr) = &material.pbr {
-            let mut keep = |image: &'a str, meaning, key: &str| wanted.push((image, meaning, at(key)));
-            for (key, channel) in pbr.colors() {
-                if let Some(textured) = channel.textured() {
-                    keep(&textured.image, Meaning::Color, &format!("/pbr/{key}/image"));
-                }
+        wanted_by(material, &push_token("/materials", name), &mut wanted);
+    }
+    wanted
+}
+
+/// The pictures of a material, which has a JSON pointer.
+fn wanted_by<'a>(material: &'a Material, pointer: &str, wanted: &mut Vec<(&'a str, Meaning, String)>) {
+    let at = |rest: &str| pointer.to_owned() + rest;
+    let mut map = |image: &'a ImageMap, meaning, pointer| wanted.push((image.source.as_str(), meaning, pointer));
+    if let Some(image) = material.ambient.as_ref().and_then(Diffuse::image) {
+        map(image, Meaning::Color, at("/ambient/image/source"));
+    }
+    if let Some(image) = material.diffuse.image() {
+        map(image, Meaning::Color, at("/diffuse/image/source"));
+    }
+    if let Some(Relief::Image(image)) = material.bump.as_ref().map(|bump| &bump.texture) {
+        map(image, Meaning::Height, at("/bump/texture/image/source"));
+    }
+    if let Some(normals) = &material.normal_map {
+        map(&normals.image, Meaning::Normal, at("/normal_map/image/source"));
+    }
+    if let Some(pbr) = &material.pbr {
+        let mut keep = |image: &'a str, meaning, key: &str| wanted.push((image, meaning, at(key)));
+        for (key, channel) in pbr.colors() {
+            if let Some(textured) = channel.textured() {
+                keep(&textured.image, Meaning::Color, &format!("/pbr/{key}/image"));
             }
-            let numbers = pbr.numbers().into_iter().filter_map(|(key, channel)| Some((key, channel.textured()?)));
-            for (key, textured) in numbers.chain(pbr.occlusion.as_deref().map(|textured| ("occlusion", textured))) {
-                keep(&textured.image, number_of(textured), &format!("/pbr/{key}/image"));
-            }
-            if let Some(opacity) = pbr.opacity.as_deref()
-                && let Some(textured) = opacity.alpha.textured()
-            {
-                keep(&textured.image, alpha_of(opacity, textured), "/pbr/opacity/alpha/image");
-            }
-            for (key, map) in pbr.normals() {
-                if let Some(map) = map {
-                    keep(&map.image, Meaning::Normal, &format!("/pbr/{key}/image"));
-                }
+        }
+        let numbers = pbr.numbers().into_iter().filter_map(|(key, channel)| Some((key, channel.textured()?)));
+        for (key, textured) in numbers.chain(pbr.occlusion.as_deref().map(|textured| ("occlusion", textured))) {
+            keep(&textured.image, number_of(textured), &format!("/pbr/{key}/image"));
+        }
+        if let Some(opacity) = pbr.opacity.as_deref()
+            && let Some(textured) = opacity.alpha.textured()
+        {
+            keep(&textured.image, alpha_of(opacity, textured), "/pbr/opacity/alpha/image");
+        }
+        for (key, map) in pbr.normals() {
+            if let Some(map) = map {
+                keep(&map.image, Meaning::Normal, &format!("/pbr/{key}/image"));
             }
         }
     }
-    wanted
 }
 
 /// The sources of the pictures of a description, with the JSON pointer of each.
 pub(super) fn sources(description: &Description) -> impl Iterator<Item = (&str, String)> {
     wanted(description).into_iter().map(|(source, _, pointer)| (source, pointer))
+}
+
+/// The same of a material, which has a JSON pointer.
+pub(super) fn sources_of<'a>(material: &'a Material, pointer: &str) -> impl Iterator<Item = (&'a str, String)> {
+    let mut wanted = Vec::new();
+    wanted_by(material, pointer, &mut wanted);
+    wanted.into_iter().map(|(source, _, pointer)| (source, pointer))
 }
 
 /// Problems with pictures of models, with what their files call them: in place of the pointers, or of models that a scene places

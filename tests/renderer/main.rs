@@ -28,6 +28,7 @@ mod models {
     mod forbidden;
     mod materials;
     mod pictures;
+    mod placed;
     mod refusals;
     mod rigs;
     mod scenes;

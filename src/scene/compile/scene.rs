@@ -99,8 +99,12 @@ impl Scene {
         because.for_each(|pointer| _ = models.place(pointer));
         for entry in &mut self.effects {
             entry.because.dedup();
+            models.shorten(entry.reason.to_mut());
         }
-        self.warnings.iter_mut().for_each(|warning| _ = models.place(&mut warning.pointer));
+        for warning in &mut self.warnings {
+            models.place(&mut warning.pointer);
+            models.shorten(&mut warning.detail);
+        }
         // Many materials of a model are one place of the text.
         self.warnings = Problems(std::mem::take(&mut self.warnings)).each_once().0;
     }

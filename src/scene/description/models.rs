@@ -90,6 +90,8 @@ pub(in crate::scene) struct ModelBodies {
     pub(in crate::scene) pictures: PictureNames,
     /// Whether any was a file whose content may change.
     pub(in crate::scene) from_files: bool,
+    /// What the names of their definitions and materials begin with, before a number.
+    pub(in crate::scene) prefix: String,
 }
 
 /// What is meant by a part of a scene with instances that is not in its text.
@@ -106,6 +108,17 @@ impl ModelBodies {
     pub(in crate::scene) fn warnings(&self, fidelity: Fidelity) -> impl Iterator<Item = Problem> {
         let holds = move |(_, of): &&(Problem, Option<Fidelity>)| of.is_none_or(|of| of == fidelity);
         self.warnings.iter().filter(holds).map(|(warning, _)| warning.clone())
+    }
+
+    /// Takes out of a sentence what the names of materials begin with, which the scene's text does not say.
+    pub(in crate::scene) fn shorten(&self, sentence: &mut String) {
+        let start = format!("{} ", self.prefix);
+        while let Some(at) = sentence.find(&start) {
+            let behind = &sentence[at + start.len()..];
+            let digits = behind.bytes().take_while(u8::is_ascii_digit).count();
+            let colon = if behind[digits..].starts_with(": ") { 2 } else { 0 };
+            sentence.replace_range(at..at + start.len() + digits + colon, "");
+        }
     }
 
     /// Turns a pointer into the scene with instances into one into the scene's text; whether it had to.

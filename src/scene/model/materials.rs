@@ -18,15 +18,45 @@ use glam::DVec3;
 use std::collections::HashSet;
 use std::f64::consts::PI;
 
+/// What a material is called that has no name.
+const NAMELESS: &str = "material";
+
+/// The name by which a scene may replace a material of a model.
+pub(super) fn name_of(material: &ModelMaterial) -> &str {
+    material.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(NAMELESS)
+}
+
+/// Gives bodies without a material one that a scene may replace.
+pub(super) fn give_all_one(model: &mut Model) {
+    let nameless = model.materials.len();
+    let mut lacking = model.placements.iter_mut().filter(|placement| placement.material.is_none()).peekable();
+    if lacking.peek().is_some() {
+        lacking.for_each(|placement| placement.material = Some(nameless));
+        model.materials.push(ModelMaterial::new());
+    }
+}
+
+/// What stands in a model for a material that the scene replaces: it only says whether that bends light.
+pub(super) fn stand_in(name: Option<String>, replacing: &Material) -> ModelMaterial {
+    let bends = match &replacing.pbr {
+        Some(pbr) => !pbr.thin && pbr.transmission.factor() > 0.0,
+        None => replacing.transmission.0.max_element() > 0.0,
+    };
+    let amount = if bends { 1.0 } else { 0.0 };
+    let (transmission, roughness) = (Channel::of(amount), Channel::of(0.0));
+    ModelMaterial { name, transmission, roughness, thickness: amount, ..ModelMaterial::new() }
+}
+
 /// Materials by name, and the name of each of the model's, which begins with a prefix. The last is that of what has none. And what
-/// the model calls its pictures.
+/// the model calls its pictures. Some are `replaced` by materials of a scene.
 pub(super) fn materials(
     model: &mut Model,
     prefix: &str,
+    replaced: &HashSet<usize>,
     warnings: &mut Vec<Warning>,
 ) -> (Named<Material>, Vec<String>, PictureNames) {
     lay_pictures(model, warnings);
-    let open = open_volumes(model, warnings);
+    let open = open_volumes(model, replaced, warnings);
     if !shells::set_apart(model, &open) {
         let detail = "closed parts of a mesh of glass are so many that they are one body: light that leaves one of them leaves all";
         warnings.push(warning(Subject::Approximated, "shells", detail));
@@ -39,8 +69,7 @@ pub(super) fn materials(
     let mut names = Vec::new();
     let fallback = has_default.then(ModelMaterial::new);
     for (index, material) in model.materials.iter().chain(&fallback).enumerate() {
-        let own = material.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("material");
-        let name = free_name(&named, &format!("{prefix}{own}"));
+        let name = free_name(&named, &format!("{prefix}{}", name_of(material)));
         let pbr = Some(Box::new(pbr(material, &sources, open.contains(&index))));
         // Light must be able to leave what it has entered.
         let one_sided = !material.double_sided && material.transmission.factor <= 0.0;
@@ -77,7 +106,7 @@ pub(super) fn is_unlit(model: &Model) -> bool {
 
 /// A name that no other material has.
 pub(super) fn free_name(named: &Named<Material>, wanted: &str) -> String {
-    let wanted = shortened(if wanted.is_empty() { "material" } else { wanted }, NAME_BYTES);
+    let wanted = shortened(if wanted.is_empty() { NAMELESS } else { wanted }, NAME_BYTES);
     if !named.contains_key(&wanted) {
         return wanted;
     }
@@ -199,7 +228,7 @@ fn textured<T: d::Factor>(
 
 /// Materials that bend light, but whose surfaces do not close. They are taken as thin sheets. Seams whose ends are nearly in one place
 /// are closed.
-fn open_volumes(model: &mut Model, warnings: &mut Vec<Warning>) -> HashSet<usize> {
+fn open_volumes(model: &mut Model, replaced: &HashSet<usize>, warnings: &mut Vec<Warning>) -> HashSet<usize> {
     let mut open = HashSet::new();
     for placement in &model.placements {
         let Some(index) = placement.material.filter(|index| !open.contains(index)) else { continue };
@@ -214,7 +243,8 @@ fn open_volumes(model: &mut Model, warnings: &mut Vec<Warning>) -> HashSet<usize
             open.insert(index);
         }
     }
-    if !open.is_empty() {
+    // Those of the scene stay as they are; a warning about meshes says more.
+    if !open.is_subset(replaced) {
         let detail = "glass whose surface is not closed is taken as a thin sheet, which bends no light, and absorbs as much as a way \
                       of thicknessFactor does";
         warnings.push(warning(Subject::Approximated, "open-volume", detail));

@@ -34,6 +34,7 @@ use glam::DMat4;
 use placed_meshes::Placed;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
 /// Pixels across and down where a request does not say.
 const SIDE: u32 = 512;
@@ -156,6 +157,16 @@ pub fn import_parts(bytes: &[u8], overrides: &Overrides, files: &dyn Files) -> R
         let (subject, what, pointer) = (Subject::Skipped, "form-fields", String::new());
         model.warnings.push(Warning { subject, what, detail, pointer });
     }
+    let is_unused = |part: &&Part<'_>| part.is_file && part.name != file.name && !named.has_read(part.name);
+    let unused: Vec<String> = all.iter().filter(is_unused).map(|part| super::problem::quoted(part.name)).collect();
+    if let Some(first) = unused.first() {
+        let more = if unused.len() == 1 { String::new() } else { format!(" and {} more", unused.len() - 1) };
+        let detail = format!(
+            "{first}{more}: the model does not name it; a scene that places models is JSON alone, and names assets"
+        );
+        let (subject, what, pointer) = (Subject::Skipped, "parts", String::new());
+        model.warnings.push(Warning { subject, what, detail, pointer });
+    }
     let imported = described(model, overrides, files);
     let imported = imported.map_err(|problems| problems::placed(format, file.bytes, problems))?;
     // The parts are of this request, and never change.
@@ -217,7 +228,7 @@ fn described(mut model: Model, overrides: &Overrides, files: &dyn Files) -> Resu
     let is_unlit = materials::is_unlit(&model);
     let read = std::mem::take(&mut model.warnings);
     let (mut of_look, of_fast) = (Vec::new(), materials::without_rays(&model));
-    let (materials, names, pictures) = materials::materials(&mut model, "", &mut of_look);
+    let (materials, names, pictures) = materials::materials(&mut model, "", &HashSet::new(), &mut of_look);
     let (definitions, objects) = bodies::objects(&mut model, &names, "");
     let bounds = Placed::of(&objects, &definitions, &materials).bounds();
     let views = Views {

@@ -10,6 +10,15 @@ const FAR: f64 = 128.0;
 
 /// Moves what is far, in double precision. The scene then has its coordinates from the middle of the model.
 pub(super) fn moved_there(model: &mut Model) {
+    let Some(DVec3 { x, y, z }) = moved_by(model) else { return };
+    let detail = format!(
+        "the model stands around ({x}, {y}, {z}), far from the origin for its size: the scene has it at the origin"
+    );
+    model.warnings.push(Warning { subject: Subject::Assumed, what: "origin", detail, pointer: String::new() });
+}
+
+/// The same without a word; where the middle of the model was, if that was far.
+pub(super) fn moved_by(model: &mut Model) -> Option<DVec3> {
     // Vertices of instances stay as they are, so they must be near the origin of their own.
     let shifts: Vec<Option<DVec3>> = model.geometries.iter().map(|geometry| far(box_of(&geometry.positions))).collect();
     for (geometry, shift) in model.geometries.iter_mut().zip(&shifts) {
@@ -20,17 +29,13 @@ pub(super) fn moved_there(model: &mut Model) {
         let Some(shift) = shifts[placement.geometry] else { continue };
         placement.transforms.iter_mut().for_each(|matrix| *matrix *= DMat4::from_translation(shift));
     }
-    let Some(middle) = far(bounds(model)) else { return };
+    let middle = far(bounds(model))?;
     let placed = model.placements.iter_mut().flat_map(|placement| &mut placement.transforms);
     let cameras = model.cameras.iter_mut().map(|camera| &mut camera.placed);
     let lamps = model.lamps.iter_mut().map(|lamp| &mut lamp.placed);
     let all = placed.chain(cameras).chain(lamps);
     all.for_each(|matrix| matrix.w_axis -= middle.extend(0.0));
-    let DVec3 { x, y, z } = middle;
-    let detail = format!(
-        "the model stands around ({x}, {y}, {z}), far from the origin for its size: the scene has it at the origin"
-    );
-    model.warnings.push(Warning { subject: Subject::Assumed, what: "origin", detail, pointer: String::new() });
+    Some(middle)
 }
 
 /// A box around the model, which may be larger than it.

@@ -3,7 +3,7 @@
 
 use super::bodies;
 use super::copy_budget::CopyBudget;
-use super::{ModelOptions, materials, read_upright};
+use super::{ModelOptions, materials, origin, read_upright};
 use crate::control;
 use crate::enum_names::list;
 use crate::models::Warning;
@@ -17,6 +17,8 @@ use crate::scene::description::{
 use crate::scene::named::Named;
 use crate::scene::problem::{Code, Problem, Problems, did_you_mean, push_token, quoted, unless_cancelled};
 use crate::scene::recognise::model_format;
+use crate::scene::transform::affine;
+use glam::{DAffine3, DMat4, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -51,7 +53,8 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     if !reader.problems.is_empty() {
         return Err(Problems(reader.problems));
     }
-    let Reader { definitions: own, materials, places, replaceable, warnings, pictures, from_files, .. } = reader;
+    let Reader { definitions: own, materials, places, replaceable, warnings, pictures, from_files, prefix, .. } =
+        reader;
     definitions.extend(own);
     let (objects, definitions) = (Arc::new(objects), Arc::new(definitions));
     description.models = ReadModels::new(ModelBodies {
@@ -63,25 +66,40 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
         warnings,
         pictures,
         from_files,
+        prefix,
     });
     Ok(())
 }
 
-/// What no name of the scene begins with.
+/// What no name in the scene begins with.
 fn free_prefix(description: &Description) -> String {
-    let names = || description.definitions.keys().chain(description.materials.keys());
-    let mut prefix = "model".to_owned();
-    while names().any(|name| name.starts_with(&prefix)) {
+    let mut names: Vec<&str> =
+        description.definitions.keys().chain(description.materials.keys()).map(String::as_str).collect();
+    names_in(&description.objects, &mut names);
+    description.definitions.values().for_each(|objects| names_in(objects, &mut names));
+    let mut prefix = "placed model".to_owned();
+    while names.iter().any(|name| name.starts_with(&prefix)) {
         prefix.push('_');
     }
     prefix
 }
 
+/// The names that objects refer to, which need not be there.
+fn names_in<'a>(objects: &'a [Object], names: &mut Vec<&'a str>) {
+    for object in objects {
+        match object {
+            Object::Group(group) => names_in(&group.objects, names),
+            Object::Instance(instance) => names.push(&instance.of),
+            _ => names.extend(object.appearance().and_then(|appearance| appearance.material)),
+        }
+    }
+}
+
 struct Reader<'a> {
     files: &'a dyn Files,
     prefix: String,
-    /// What has been read, and the definition that it is.
-    known: Vec<(PlacedModel, String)>,
+    /// What has been read, the definition that it is, and how far that has been moved to the origin.
+    known: Vec<(PlacedModel, String, Option<DVec3>)>,
     definitions: Named<Vec<Object>>,
     materials: Named<Material>,
     places: HashMap<String, ModelPlace>,
@@ -111,30 +129,32 @@ impl Reader<'_> {
     fn instance(&mut self, model: &PlacedModel, pointer: &str) -> Object {
         // Where it stands and what it is called does not change what it is.
         let said = PlacedModel { transform: Transform::default(), motion: None, name: None, ..model.clone() };
-        let known = || self.known.iter().find(|(known, _)| *known == said).map(|(_, name)| name.clone());
+        let known = || self.known.iter().find(|(known, ..)| *known == said).map(|(_, name, by)| (name.clone(), *by));
         // After a problem, or once nobody waits, nothing more is read: there is no scene.
         let is_over = !self.problems.is_empty() || control::step(self.known.len() as u32 / 64 + 1);
-        let of = match if is_over { Some(String::new()) } else { known() } {
-            Some(name) => name,
+        let (of, moved) = match if is_over { Some((String::new(), None)) } else { known() } {
+            Some(known) => known,
             None => {
                 let name = format!("{} {}", self.prefix, self.known.len());
-                if let Err(Problems(mut problems)) = self.read(&said, &name, pointer) {
+                let moved = self.read(&said, &name, pointer).unwrap_or_else(|Problems(mut problems)| {
                     self.problems.append(&mut problems);
-                }
-                self.known.push((said, name.clone()));
-                name
+                    None
+                });
+                self.known.push((said, name.clone(), moved));
+                (name, moved)
             }
         };
         if let Some(object) = pointer.strip_suffix("model") {
             let here = ModelPlace { meant: pointer.to_owned(), in_text: true };
             self.places.insert(format!("{object}instance"), here);
         }
-        let (transform, motion, name) = (model.transform, model.motion, model.name.clone());
+        let transform = moved.map_or(model.transform, |by| moved_back(&model.transform, by));
+        let (motion, name) = (model.motion, model.name.clone());
         Object::Instance(Box::new(Instance { of, transform, motion, name }))
     }
 
-    /// Reads a model into a definition of that name.
-    fn read(&mut self, said: &PlacedModel, name: &str, pointer: &str) -> Result<(), Problems> {
+    /// Reads a model into a definition of that name. How far it has been moved to the origin.
+    fn read(&mut self, said: &PlacedModel, name: &str, pointer: &str) -> Result<Option<DVec3>, Problems> {
         unless_cancelled()?;
         let asset = format!("{pointer}/asset");
         if self.known.len() >= MODELS {
@@ -173,35 +193,28 @@ impl Reader<'_> {
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
         self.copied.take_model(&model, self.files, pointer)?;
+        let moved = origin::moved_by(&mut model);
+        materials::give_all_one(&mut model);
+        let named: Vec<String> = model.materials.iter().map(|own| materials::name_of(own).to_owned()).collect();
+        let replaced = self.replaced(said, &named, pointer)?;
+        for (index, material, _) in &replaced {
+            let own = &mut model.materials[*index];
+            *own = materials::stand_in(own.name.take(), material);
+        }
         let mut warnings = std::mem::take(&mut model.warnings);
         let of_fast = materials::without_rays(&model);
-        let named: Vec<Option<String>> = model.materials.iter().map(|material| material.name.clone()).collect();
-        let (mut materials, names, pictures) = materials::materials(&mut model, &format!("{name}: "), &mut warnings);
+        let indices = replaced.iter().map(|(index, ..)| *index).collect();
+        let (mut materials, names, pictures) =
+            materials::materials(&mut model, &format!("{name}: "), &indices, &mut warnings);
         let (definitions, objects) = bodies::objects(&mut model, &names, &format!("{name} "));
         self.pictures.append(pictures);
         for (own, named) in names.iter().zip(&named) {
-            if let Some(named) = named {
-                let at = push_token(&format!("{pointer}/materials"), named);
-                self.replaceable.insert(push_token("/materials", own), at);
-            }
+            let at = push_token(&format!("{pointer}/materials"), named);
+            self.replaceable.insert(push_token("/materials", own), at);
         }
-        for (of, material) in &said.materials {
-            let at = push_token(&format!("{pointer}/materials"), of);
-            let mut found = false;
-            let bytes = serde_json::to_vec(material).map_or(0, |json| json.len());
-            for (own, _) in names.iter().zip(&named).filter(|(_, named)| named.as_deref() == Some(of)) {
-                self.copied.take(bytes, &at)?;
-                materials.insert(own.clone(), material.clone());
-                self.places.insert(push_token("/materials", own), ModelPlace { meant: at.clone(), in_text: true });
-                found = true;
-            }
-            if !found {
-                let own: Vec<&str> = named.iter().flatten().map(String::as_str).collect();
-                let near = did_you_mean(of, own.iter().copied());
-                let hint = if near.is_empty() { names_of(&own) } else { near };
-                let detail = format!("the model has no material {}{hint}", quoted(of));
-                return Err(Problems::one(Problem::new(at, Code::UnknownReference, detail)));
-            }
+        for (index, material, at) in replaced {
+            materials.insert(names[index].clone(), material.clone());
+            self.places.insert(push_token("/materials", &names[index]), ModelPlace { meant: at, in_text: true });
         }
         for list in ["/definitions", "/materials"] {
             self.places.insert(push_token(list, name), ModelPlace { meant: pointer.to_owned(), in_text: false });
@@ -213,7 +226,47 @@ impl Reader<'_> {
         self.materials.extend(materials);
         self.definitions.extend(definitions);
         self.definitions.insert(name.to_owned(), objects);
-        Ok(())
+        Ok(moved)
+    }
+
+    /// The materials of a model that the scene replaces: their indices among those that are so `named`, what replaces them, and
+    /// where the scene says so.
+    fn replaced<'s>(
+        &mut self,
+        said: &'s PlacedModel,
+        named: &[String],
+        pointer: &str,
+    ) -> Result<Vec<(usize, &'s Material, String)>, Problems> {
+        let mut replaced = Vec::new();
+        for (of, material) in &said.materials {
+            let at = push_token(&format!("{pointer}/materials"), of);
+            let bytes = serde_json::to_vec(material).map_or(0, |json| json.len());
+            let before = replaced.len();
+            for (index, _) in named.iter().enumerate().filter(|(_, named)| *named == of) {
+                self.copied.take(bytes, &at)?;
+                replaced.push((index, material, at.clone()));
+            }
+            if replaced.len() == before {
+                let own: Vec<&str> = named.iter().map(String::as_str).collect();
+                let near = did_you_mean(of, own.iter().copied());
+                let hint = if near.is_empty() { names_of(&own) } else { near };
+                let detail = format!("the model has no material {}{hint}", quoted(of));
+                return Err(Problems::one(Problem::new(at, Code::UnknownReference, detail)));
+            }
+        }
+        Ok(replaced)
+    }
+}
+
+/// The transform of a model whose middle has been moved to the origin, in one step in double precision.
+fn moved_back(transform: &Transform, by: DVec3) -> Transform {
+    match affine(transform) {
+        Ok(map) => {
+            let matrix = DMat4::from(map * DAffine3::from_translation(by));
+            Transform { matrix: Some(matrix.to_cols_array()), ..Transform::default() }
+        }
+        // A problem of the scene.
+        Err(_) => *transform,
     }
 }
 
@@ -224,7 +277,7 @@ const NAMES_SHOWN: usize = 8;
 fn names_of(own: &[&str]) -> String {
     let shown = own.iter().take(NAMES_SHOWN).map(|name| quoted(name));
     match own.len() {
-        0 => ": none of its materials has a name".to_owned(),
+        0 => ": it has none".to_owned(),
         1..=NAMES_SHOWN => format!(": it has {}", list(shown, "and")),
         _ => format!(": it has {} and more", shown.collect::<Vec<_>>().join(", ")),
     }

@@ -112,6 +112,12 @@ fn the_parts_of_a_model_come_in_one_body() {
     assert!(
         skipped.width == 512 && !loaded.scene.warnings.iter().any(|warning| warning.detail.contains("form-fields"))
     );
+    // Nor is what the model does not name.
+    let with_scene =
+        [part("cube.mtl", &mtl), part("scene.json", b"{}"), part("cube.obj", &obj), b"--cut--\r\n".to_vec()].concat();
+    let skipped = load(&with_scene, Format::Parts, &Overrides::default()).unwrap().scene;
+    assert!(skipped.warnings.iter().any(|warning| warning.detail.starts_with("skipped: parts: \"scene.json\"")));
+    assert!(!loaded.scene.warnings.iter().any(|warning| warning.detail.starts_with("skipped: parts")));
     // A buffer that is missing is named.
     let gltf = br#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a b.bin","byteLength":4}]}"#;
     let lonely = [part("a.gltf", gltf), b"--cut--\r\n".to_vec()].concat();

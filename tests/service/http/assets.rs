@@ -287,6 +287,36 @@ fn a_hash_is_no_permission() {
     send(&bolt, "POST", "/v1/assets", &[3; 3001]).problem(413, "too-large");
 }
 
+/// A picture in a material that a scene puts on a model is an asset of the scene.
+#[test]
+fn pictures_on_models_are_no_permission_either() {
+    let keys = KeyFile::new("pictures-on-models", "");
+    let [acme, bolt] = ["acme", "bolt"].map(|tenant| keys.key(tenant, "render,read,jobs"));
+    let service = keys.serve(&[]);
+    let send = |key: &str, method: &str, path: &str, body: &[u8]| {
+        service.send(method, path, &[("Authorization", key), ("Content-Type", "application/json")], body)
+    };
+    let red = BASE64
+        .decode(b"iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==")
+        .unwrap();
+    let cube = file("Box.glb");
+    let mut placed = model(&cube);
+    let image = json!({ "source": format!("sha256:{}", hash(&red)), "mapping": { "spherical": {} } });
+    placed["model"]["materials"] = json!({ "Red": { "diffuse": { "image": image } } });
+    let text = scene(&json!([{ "group": { "objects": [placed] } }]));
+    let lacking = send(&acme, "POST", "/v1/render", text.as_bytes()).problem(422, "assets-missing");
+    assert_eq!(lacking["errors"].as_array().unwrap().len(), 2, "both at once: {lacking}");
+    for (key, bytes) in [(&acme, &cube), (&acme, &red), (&bolt, &cube)] {
+        assert_eq!(send(key, "PUT", &format!("/v1/assets/{}", hash(bytes)), bytes).status, 201);
+    }
+    assert_eq!(send(&acme, "POST", "/v1/render", text.as_bytes()).status, 200);
+    let lacking = send(&bolt, "POST", "/v1/render", text.as_bytes()).problem(422, "assets-missing");
+    let pointer = "#/objects/0/group/objects/0/model/materials/Red/diffuse/image/source";
+    assert_eq!(lacking["errors"][0]["pointer"], pointer);
+    assert_eq!(send(&acme, "DELETE", &format!("/v1/assets/{}", hash(&red)), b"").status, 204);
+    send(&acme, "POST", "/v1/render", text.as_bytes()).problem(422, "assets-missing");
+}
+
 #[test]
 fn assets_and_jobs_that_name_them_outlive_the_service() {
     let folder = tempfile::tempdir().unwrap();
