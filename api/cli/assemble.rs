@@ -66,8 +66,9 @@ pub(super) fn run(args: &AssembleArgs) -> Result<(), Failure> {
     let places = Places::open(&args.store, all.into_iter().chain(args.stats.as_deref()))?;
     let mut session = Session::start_at(&args.scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
+    session.file.inputs.hash_contents();
     let ready = session.prepare_with_id()?;
-    let file = TileFile::of(&ready, args.of)?;
+    let file = TileFile::of(&ready, &session.file.inputs, args.of)?;
     let size = [ready.scene.width, ready.scene.height];
     let mut picture = empty(size, Region::whole(size[0], size[1]));
     for part in 0..args.of.parts() {

@@ -2,9 +2,10 @@
 
 use super::failure::Failure;
 use super::output::is_standard;
+use crate::service::hash::sha256;
 use crate::service::scenes::texture_folder::TextureFolder;
 use parking_lot::Mutex;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use strahl::scene::hashes::hash_of;
 use strahl::scene::{Files, NoFiles};
@@ -16,6 +17,8 @@ pub(super) struct SceneInputs {
     folder: Option<TextureFolder>,
     path: PathBuf,
     read: Mutex<BTreeSet<Identity>>,
+    /// The hashes of the files beside the scene, by their names in it, if they are wanted.
+    contents: Option<Mutex<BTreeMap<String, String>>>,
 }
 
 /// What tells files apart, whatever they are called.
@@ -49,6 +52,7 @@ impl SceneInputs {
             // A path without a folder is in the working directory.
             path: scene.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned(),
             read: Mutex::default(),
+            contents: None,
         };
         if is_standard(scene) {
             return inputs;
@@ -60,6 +64,19 @@ impl SceneInputs {
     /// Notes another file that the command has read.
     pub(super) fn note(&self, file: &Path) {
         self.read.lock().insert(Identity::of(file));
+    }
+
+    /// From now on hashes what is read.
+    pub(super) fn hash_contents(&mut self) {
+        self.contents = Some(Mutex::default());
+    }
+
+    /// A hash of the files beside the scene that were read, with their names; empty if there were none, or nothing was hashed.
+    pub(super) fn hash(&self) -> String {
+        let Some(contents) = &self.contents else { return String::new() };
+        let line = |(name, hash): (&String, &String)| format!("{hash} {name}\n");
+        let all: String = contents.lock().iter().map(line).collect();
+        if all.is_empty() { all } else { sha256(all.as_bytes()) }
     }
 
     /// Fails if a result would replace what was read, or another one of these results.
@@ -86,6 +103,9 @@ impl Files for SceneInputs {
     fn read(&self, name: &str) -> Result<Vec<u8>, String> {
         let Some(folder) = &self.folder else { return NoFiles.read(name) };
         let bytes = folder.read(name)?;
+        if let Some(contents) = &self.contents {
+            contents.lock().insert(name.to_owned(), sha256(&bytes));
+        }
         self.note(&self.path.join(hash_of(name).unwrap_or(name)));
         Ok(bytes)
     }

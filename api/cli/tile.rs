@@ -54,10 +54,11 @@ pub(super) fn run(args: &TileArgs) -> Result<(), Failure> {
     let places = Places::open(&args.store, [args.scene.scene.as_str(), &to])?;
     let mut session = Session::start_at(&args.scene, &args.settings, &places)?;
     session.cancel_on_ctrl_c()?;
+    session.file.inputs.hash_contents();
     let ready = session.prepare_with_id()?;
     output::warn(&session.file.name, &ready.scene.warnings);
     session.file.inputs.check_outputs([Path::new(&to)])?;
-    let tile = TileFile::of(&ready, args.of)?;
+    let tile = TileFile::of(&ready, &session.file.inputs, args.of)?;
     let region = args.of.region(part, [ready.scene.width, ready.scene.height])?;
     let trace = || session.workers.work(|| render(&ready.scene, region, &session.control));
     let picture = progress::while_showing(&session.control, trace)??;

@@ -2,6 +2,7 @@
 //! light and the bounds of pixels, so that the picture of all parts has the bytes that it has when it is rendered at once.
 
 use super::failure::{BAD_DATA, Failure};
+use super::scene_inputs::SceneInputs;
 use crate::service::pictures::tile_bytes::{Owner, Tile};
 use crate::service::scenes::ids::renderer;
 use crate::service::scenes::prepared::PreparedScene;
@@ -80,6 +81,9 @@ pub(super) struct TileFile {
     strahl_tile: u32,
     /// Id of the scene with its settings.
     scene: String,
+    /// A hash of the files beside it, whose content its id does not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    files: String,
     /// Version of the renderer.
     renderer: String,
     /// Pixels across and down the whole picture.
@@ -92,7 +96,7 @@ pub(super) struct TileFile {
 
 impl TileFile {
     /// The files of a scene's parts.
-    pub(super) fn of(ready: &PreparedScene, cut: Cut) -> Result<Self, Failure> {
+    pub(super) fn of(ready: &PreparedScene, inputs: &SceneInputs, cut: Cut) -> Result<Self, Failure> {
         if ready.render.accuracy().is_budget() {
             let why = "a picture that a time or a number of rays ends has no parts: choose --accuracy proved, fixed or statistical";
             return Err(Failure::Usage(why.into()));
@@ -100,6 +104,7 @@ impl TileFile {
         Ok(Self {
             strahl_tile: 1,
             scene: ready.scene_id.clone(),
+            files: inputs.hash(),
             renderer: renderer().to_owned(),
             image: [ready.scene.width, ready.scene.height],
             of: cut.to_string(),
@@ -134,6 +139,8 @@ impl TileFile {
                 "was rendered by another version of strahl".into()
             } else if found.scene != self.scene || found.image != self.image {
                 "is of another scene, or of other settings".into()
+            } else if found.files != self.files {
+                "was rendered when a model or a picture of the scene was another file".into()
             } else {
                 format!("is a part of {}, not of {}", found.of, self.of)
             };

@@ -69,6 +69,28 @@ fn an_imported_model_is_the_picture_of_the_model() {
     assert!(picture(&["wide.json"]) == picture(&[&["box.glb"][..], &settings].concat()));
 }
 
+/// The id of a scene does not say what is in the files beside it.
+#[test]
+fn parts_of_a_scene_whose_files_have_changed_do_not_fit_together() {
+    let folder = folder("changed");
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    let scene = r#"{ "version": 1, "image": { "width": 8, "height": 8 }, "objects": [{ "model": { "asset": "it.obj" } }],
+        "camera": { "pinhole": { "eye": [0, 0, 5], "look_at": [0, 0, 0] } } }"#;
+    write("placed.json", scene);
+    write("it.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    let tile = |index: &str| {
+        let to = format!("part{index}.tile");
+        done(&folder, &["tile", "placed.json", "--of", "2", "--index", index, "-o", &to], "")
+    };
+    let assemble = ["assemble", "placed.json", "part{index}.tile", "--of", "2", "-o", "whole.png"];
+    tile("0");
+    tile("1");
+    done(&folder, &assemble, "");
+    write("it.obj", "v -1 -1 0\nv 1 -1 0\nv 0 2 0\nf 1 2 3\n");
+    tile("1");
+    fails(&folder, &assemble, "", 65, "was rendered when a model or a picture of the scene was another file");
+}
+
 #[test]
 fn no_result_replaces_a_file_of_the_scene() {
     let folder = folder("replaced");
