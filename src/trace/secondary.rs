@@ -73,37 +73,34 @@ fn scatter_in<L: Lanes, O: Observer<L>, V: Variant>(tracer: &mut Tracer<'_, L, O
     } else {
         zero
     };
-    let crossing = match between {
-        Some(between) => {
-            let crossing = cross(tracer, rays, hits, facets.ns, clear, [rough, facets.lossless], between);
-            Some(through_sheets(s, shaded, &facets, clear, crossing))
-        }
+    let mut crossing = match between {
+        Some(between) => Some(cross(tracer, rays, hits, facets.ns, clear, [rough, facets.lossless], between)),
         None => None,
     };
+    if let Some(crossing) = &mut crossing {
+        spread_through_sheets(s, shaded, &facets, clear, crossing);
+    }
     let shares = shares(tracer, shaded, facets.ns, crossing.as_ref(), clear);
     let mut reflected_weight = rays.weight.times(shares.r_s);
-    let passing = match crossing {
-        Some(crossing) => {
-            Some(transmitted(tracer, shaded, &facets, &shares, curvature, clear, crossing, &mut reflected_weight))
-        }
-        None => None,
-    };
-    let (total, split) = match &passing {
-        Some(passing) => (passing.total, passing.split),
-        None => (0, 0),
-    };
+    let (mut passing, mut cone) = (None, [zero; 3]);
+    let (mut total, mut split) = (0, 0);
+    if let Some(crossing) = &crossing {
+        let of = transmitted(tracer, shaded, &facets, &shares, curvature, clear, crossing, &mut reflected_weight);
+        (total, split, cone) = (of.total, of.split, of.cone);
+        passing = Some(of.rays);
+    }
     let everywhere = if tracer.world.rules.spd_counts { clear } else { total };
     let reflecting = mirror | everywhere;
     if reflecting != 0 {
         send_reflected(tracer, shaded, &facets, curvature, reflected_weight, reflecting, split | shares.tinted);
     }
     if let Some(passing) = passing
-        && passing.rays.active != 0
+        && passing.active != 0
     {
         if V::FOOTPRINTS {
-            tracer.cones.next = passing.cone;
+            tracer.cones.next = cone;
         }
-        tracer.send(passing.rays);
+        tracer.send(passing);
     }
     shares.layer
 }
@@ -127,7 +124,7 @@ fn transmitted<L: Lanes, O: Observer<L>, V: Variant>(
     shares: &AtAngles<L>,
     curvature: L,
     clear: u32,
-    crossing: Crossing<L>,
+    crossing: &Crossing<L>,
     reflected_weight: &mut V3<L>,
 ) -> Passing<L> {
     let s = tracer.s;
@@ -327,23 +324,22 @@ fn choose_facets<L: Lanes, O: Observer<L>, V: Variant>(
 
 /// Facets of a thin sheet spread what passes as they spread what they reflect (glTF, KHR_materials_transmission).
 #[inline(always)]
-fn through_sheets<L: Lanes>(
+fn spread_through_sheets<L: Lanes>(
     s: L::Simd,
     Shaded { rays, hits, lobes, .. }: Shaded<'_, L>,
     facets: &Chosen<L>,
     clear: u32,
-    crossing: Crossing<L>,
-) -> Crossing<L> {
+    crossing: &mut Crossing<L>,
+) {
     let sheets = match lobes {
         Some(lobes) => facets.rough & clear & lobes.lanes & !hits.closed,
         None => 0,
     };
-    if sheets == 0 {
-        return crossing;
+    if sheets != 0 {
+        let out = reflect(s, rays.dir, facets.ns);
+        let through = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
+        crossing.dir = V3::select(L::mask(s, sheets), through, crossing.dir);
     }
-    let out = reflect(s, rays.dir, facets.ns);
-    let through = out - hits.ns * (L::lit(s, 2.0) * out.dot(hits.ns));
-    Crossing { dir: V3::select(L::mask(s, sheets), through, crossing.dir), ..crossing }
 }
 
 /// The shares of the light that are reflected and pass, in the color of its wavelength where that matters.
