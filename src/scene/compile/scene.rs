@@ -38,7 +38,7 @@ pub struct Scene {
     pub warnings: Vec<Problem>,
     /// Primitives after all instances are expanded, which never happens in memory.
     pub expanded_primitives: u64,
-    /// Most primitives that lie around one point ([`overlap`]).
+    /// Most primitives that lie around one point (`accel::overlap`).
     pub overlap: f64,
     /// Bytes of the pictures on its surfaces and around it.
     pub picture_bytes: usize,
