@@ -216,7 +216,7 @@ pub(super) fn meant<E>(description: &Description, error: NotLoaded<E>) -> NotLoa
         let Problems(mut problems) = named(&description.whole(), &models.pictures, problems, true);
         for problem in &mut problems {
             models.place(&mut problem.pointer);
-            models.shorten(&mut problem.detail);
+            models.remove_prefixes(&mut problem.detail);
         }
         Problems(problems).each_once()
     })

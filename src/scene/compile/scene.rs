@@ -99,11 +99,11 @@ impl Scene {
         because.for_each(|pointer| _ = models.place(pointer));
         for entry in &mut self.effects {
             entry.because.dedup();
-            models.shorten(entry.reason.to_mut());
+            models.remove_prefixes(entry.reason.to_mut());
         }
         for warning in &mut self.warnings {
             models.place(&mut warning.pointer);
-            models.shorten(&mut warning.detail);
+            models.remove_prefixes(&mut warning.detail);
         }
         // Many materials of a model are one place of the text.
         self.warnings = Problems(std::mem::take(&mut self.warnings)).each_once().0;

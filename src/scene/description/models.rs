@@ -111,7 +111,7 @@ impl ModelBodies {
     }
 
     /// Takes out of a sentence what the names of materials begin with, which the scene's text does not say.
-    pub(in crate::scene) fn shorten(&self, sentence: &mut String) {
+    pub(in crate::scene) fn remove_prefixes(&self, sentence: &mut String) {
         let start = format!("{} ", self.prefix);
         while let Some(at) = sentence.find(&start) {
             let behind = &sentence[at + start.len()..];

@@ -26,7 +26,7 @@ pub(super) fn objects(model: &mut Model, names: &[String], prefix: &str) -> (Nam
         let geometry = &mut model.geometries[placement.geometry];
         // The last that needs it takes it.
         let own = if uses[placement.geometry] == 0 { std::mem::take(geometry) } else { geometry.clone() };
-        let material = placement.material.or(Some(names.len() - 1)).map(|index| names[index].clone());
+        let material = placement.material.map(|index| names[index].clone());
         let name = placement.name.as_deref().map(|name| shortened(name, NAME_BYTES));
         if let [only] = placement.transforms.as_slice()
             && (!is_shared[placement.geometry] || is_flat(only))

@@ -26,8 +26,8 @@ pub(super) fn name_of(material: &ModelMaterial) -> &str {
     material.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(NAMELESS)
 }
 
-/// Gives bodies without a material one that a scene may replace.
-pub(super) fn give_all_one(model: &mut Model) {
+/// Gives bodies without a material the default one, which a scene may replace.
+pub(super) fn add_default(model: &mut Model) {
     let nameless = model.materials.len();
     let mut lacking = model.placements.iter_mut().filter(|placement| placement.material.is_none()).peekable();
     if lacking.peek().is_some() {
@@ -36,8 +36,8 @@ pub(super) fn give_all_one(model: &mut Model) {
     }
 }
 
-/// What stands in a model for a material that the scene replaces: it only says whether that bends light.
-pub(super) fn stand_in(name: Option<String>, replacing: &Material) -> ModelMaterial {
+/// Stands in a model for a material that the scene replaces: it only says whether that bends light.
+pub(super) fn placeholder(name: Option<String>, replacing: &Material) -> ModelMaterial {
     let bends = match &replacing.pbr {
         Some(pbr) => !pbr.thin && pbr.transmission.factor() > 0.0,
         None => replacing.transmission.0.max_element() > 0.0,
@@ -47,14 +47,15 @@ pub(super) fn stand_in(name: Option<String>, replacing: &Material) -> ModelMater
     ModelMaterial { name, transmission, roughness, thickness: amount, ..ModelMaterial::new() }
 }
 
-/// Materials by name, and the name of each of the model's, which begins with a prefix. The last is that of what has none. And what
-/// the model calls its pictures. Some are `replaced` by materials of a scene.
+/// Materials by name, and the name of each of the model's, which begins with a prefix. And what the model calls its pictures. Some
+/// are `replaced` by materials of a scene.
 pub(super) fn materials(
     model: &mut Model,
     prefix: &str,
     replaced: &HashSet<usize>,
     warnings: &mut Vec<Warning>,
 ) -> (Named<Material>, Vec<String>, PictureNames) {
+    add_default(model);
     lay_pictures(model, warnings);
     let open = open_volumes(model, replaced, warnings);
     if !shells::set_apart(model, &open) {
@@ -64,11 +65,9 @@ pub(super) fn materials(
     let pictures = std::mem::take(&mut model.pictures);
     let sources: Vec<String> = pictures.iter().map(source).collect();
     let pictures = PictureNames::of(&pictures, &sources);
-    let has_default = model.placements.iter().any(|placement| placement.material.is_none());
     let mut named = Named::default();
     let mut names = Vec::new();
-    let fallback = has_default.then(ModelMaterial::new);
-    for (index, material) in model.materials.iter().chain(&fallback).enumerate() {
+    for (index, material) in model.materials.iter().enumerate() {
         let name = free_name(&named, &format!("{prefix}{}", name_of(material)));
         let pbr = Some(Box::new(pbr(material, &sources, open.contains(&index))));
         // Light must be able to leave what it has entered.

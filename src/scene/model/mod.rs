@@ -222,7 +222,7 @@ fn read_upright(
 /// The scene of a model.
 fn described(mut model: Model, overrides: &Overrides, files: &dyn Files) -> Result<Imported, Problems> {
     CopyBudget::default().take_model(&model, files, "")?;
-    origin::moved_there(&mut model);
+    origin::recenter_with_warning(&mut model);
     scale::scaled_to_units(&mut model)?;
     lamps::drop_far(&mut model);
     let is_unlit = materials::is_unlit(&model);

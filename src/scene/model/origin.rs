@@ -9,16 +9,16 @@ use glam::{DMat4, DVec3};
 const FAR: f64 = 128.0;
 
 /// Moves what is far, in double precision. The scene then has its coordinates from the middle of the model.
-pub(super) fn moved_there(model: &mut Model) {
-    let Some(DVec3 { x, y, z }) = moved_by(model) else { return };
+pub(super) fn recenter_with_warning(model: &mut Model) {
+    let Some(DVec3 { x, y, z }) = recenter(model) else { return };
     let detail = format!(
         "the model stands around ({x}, {y}, {z}), far from the origin for its size: the scene has it at the origin"
     );
     model.warnings.push(Warning { subject: Subject::Assumed, what: "origin", detail, pointer: String::new() });
 }
 
-/// The same without a word; where the middle of the model was, if that was far.
-pub(super) fn moved_by(model: &mut Model) -> Option<DVec3> {
+/// The same without a warning. Returns where the middle of the model was, if that was far.
+pub(super) fn recenter(model: &mut Model) -> Option<DVec3> {
     // Vertices of instances stay as they are, so they must be near the origin of their own.
     let shifts: Vec<Option<DVec3>> = model.geometries.iter().map(|geometry| far(box_of(&geometry.positions))).collect();
     for (geometry, shift) in model.geometries.iter_mut().zip(&shifts) {

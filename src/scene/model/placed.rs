@@ -71,24 +71,31 @@ pub(in crate::scene) fn read_models(description: &mut Description, files: &dyn F
     Ok(())
 }
 
-/// What no name in the scene begins with.
+/// What names of models begin with.
+const PREFIX: &str = "placed model";
+
+/// What no name in the scene begins with: [`PREFIX`], with a number if there are such names.
 fn free_prefix(description: &Description) -> String {
     let mut names: Vec<&str> =
         description.definitions.keys().chain(description.materials.keys()).map(String::as_str).collect();
-    names_in(&description.objects, &mut names);
-    description.definitions.values().for_each(|objects| names_in(objects, &mut names));
-    let mut prefix = "placed model".to_owned();
-    while names.iter().any(|name| name.starts_with(&prefix)) {
-        prefix.push('_');
+    referenced_names(&description.objects, &mut names);
+    description.definitions.values().for_each(|objects| referenced_names(objects, &mut names));
+    // Looked at once: names may be long, and many.
+    let number = |rest: &str| {
+        let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+        rest[..digits].parse().unwrap_or(0_u32)
+    };
+    match names.iter().filter_map(|name| name.strip_prefix(PREFIX)).map(number).max() {
+        None => PREFIX.to_owned(),
+        Some(taken) => format!("{PREFIX}{}", u64::from(taken) + 1),
     }
-    prefix
 }
 
 /// The names that objects refer to, which need not be there.
-fn names_in<'a>(objects: &'a [Object], names: &mut Vec<&'a str>) {
+fn referenced_names<'a>(objects: &'a [Object], names: &mut Vec<&'a str>) {
     for object in objects {
         match object {
-            Object::Group(group) => names_in(&group.objects, names),
+            Object::Group(group) => referenced_names(&group.objects, names),
             Object::Instance(instance) => names.push(&instance.of),
             _ => names.extend(object.appearance().and_then(|appearance| appearance.material)),
         }
@@ -193,13 +200,13 @@ impl Reader<'_> {
         let mut model = read_upright(format, &bytes, &part, &options).map_err(|problems| inside(problems, &asset))?;
         drop(bytes);
         self.copied.take_model(&model, self.files, pointer)?;
-        let moved = origin::moved_by(&mut model);
-        materials::give_all_one(&mut model);
+        let moved = origin::recenter(&mut model);
+        materials::add_default(&mut model);
         let named: Vec<String> = model.materials.iter().map(|own| materials::name_of(own).to_owned()).collect();
         let replaced = self.replaced(said, &named, pointer)?;
         for (index, material, _) in &replaced {
             let own = &mut model.materials[*index];
-            *own = materials::stand_in(own.name.take(), material);
+            *own = materials::placeholder(own.name.take(), material);
         }
         let mut warnings = std::mem::take(&mut model.warnings);
         let of_fast = materials::without_rays(&model);
@@ -237,16 +244,16 @@ impl Reader<'_> {
         named: &[String],
         pointer: &str,
     ) -> Result<Vec<(usize, &'s Material, String)>, Problems> {
-        let mut replaced = Vec::new();
+        let (mut replaced, mut indices) = (Vec::new(), HashMap::<&str, Vec<usize>>::new());
+        named.iter().enumerate().for_each(|(index, named)| indices.entry(named).or_default().push(index));
         for (of, material) in &said.materials {
             let at = push_token(&format!("{pointer}/materials"), of);
             let bytes = serde_json::to_vec(material).map_or(0, |json| json.len());
-            let before = replaced.len();
-            for (index, _) in named.iter().enumerate().filter(|(_, named)| *named == of) {
+            for index in indices.get(of.as_str()).into_iter().flatten() {
                 self.copied.take(bytes, &at)?;
-                replaced.push((index, material, at.clone()));
+                replaced.push((*index, material, at.clone()));
             }
-            if replaced.len() == before {
+            if !indices.contains_key(of.as_str()) {
                 let own: Vec<&str> = named.iter().map(String::as_str).collect();
                 let near = did_you_mean(of, own.iter().copied());
                 let hint = if near.is_empty() { names_of(&own) } else { near };

@@ -97,6 +97,13 @@ fn what_a_model_is_made_of_has_no_name_in_the_scene() {
         let problems = loaded(&json!([place, inside]), &json!({}), files()).unwrap_err();
         assert_eq!(problems.0.iter().map(|problem| problem.pointer.as_str()).collect::<Vec<_>>(), [pointer]);
     }
+    // Nor does it take long to find a name that nothing has.
+    let odd = ["placed model", "placed model 0: material", &format!("placed model{}", "_".repeat(1_000_000))];
+    let odd = odd.map(|name| json!({ "sphere": { "center": [0, 0, 0], "radius": 1, "material": name } }));
+    let many = vec![odd[0].clone(); 20_000];
+    let objects: Vec<Value> = [place.clone()].into_iter().chain(odd).chain(many).collect();
+    let problems = loaded(&json!(objects), &json!({}), files()).unwrap_err();
+    assert_eq!(problems.0[0].pointer, "/objects/1/sphere/material");
     let unknown = json!([{ "model": { "asset": "box.obj", "materials": { "Red": { "diffuse": 0.5 } } } }]);
     let problems = loaded(&unknown, &json!({}), files()).unwrap_err();
     assert!(problems.to_string().contains("it has \"material\""), "{problems}");
