@@ -85,9 +85,9 @@ fn render_window_with(
     options: RenderOptions,
 ) -> Result<Picture, Cancelled> {
     let start = Stopwatch::start();
-    let picture = with_world!(&scene.world, |world| Renderer::new(scene, world, control, options)
-        .through(window)
-        .picture(region)?);
+    let picture = with_world!(&scene.world, |world| {
+        Renderer::new(scene, world, control, options).through(window).picture(region)?
+    });
     Ok(Picture { trace_ms: start.milliseconds(), ..picture })
 }
 

@@ -21,10 +21,10 @@ use super::opacity::continue_through;
 use super::pbr::lobes_of;
 use super::pixel_sum::PixelSum;
 use super::proof::{BatchProof, thresholds};
-use super::ray_cones::{RayCones, around};
+use super::ray_cones::RayCones;
 use super::ray_packet::{RayKind, RayPacket};
 use super::roulette::Roulette;
-use super::sampled_light::{emission_mis_weight, environment_mis_weight, sample_direct_light};
+use super::sampled_light::{emission_mis_weight, sample_direct_light};
 use super::sampling::{Choice, Dimensions, Sampler};
 use super::secondary::scatter;
 use super::shaded::Shaded;
@@ -278,21 +278,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
         )
     }
 
-    /// What rays bring that hit nothing, with their own light.
-    #[inline(always)]
-    fn background(&mut self, rays: &RayPacket<L>, missed: u32, own: V3<L>) -> V3<L> {
-        let background = if rays.straight && self.is_transparent() {
-            self.see_through(missed, rays.weight)
-        } else {
-            rays.weight.times(self.surroundings(rays, missed))
-        };
-        let background = self.bounded(if V::DETAILS { own + background } else { background });
-        if V::DETAILS && self.world.effects.has(Effect::GlobalIllumination) {
-            return self.bounded(background + rays.weight.times(self.distant_lights_seen(rays, missed)));
-        }
-        background
-    }
-
     /// Shades what the rays hit and stacks the rays that leave from there.
     #[inline(always)]
     fn follow(&mut self, rays: &RayPacket<L>, hits: &mut Hits<L>, sum: &mut PixelSum<L>) {
@@ -450,24 +435,6 @@ impl<'a, L: Lanes, O: Observer<L>, V: Variant> Tracer<'a, L, O, V> {
                 hits.coefficients(s, self.world, if filters { Some(&extents) } else { None })
             },
         )
-    }
-
-    /// Radiance of the surroundings, for rays of some lanes that hit nothing.
-    #[inline(always)]
-    fn surroundings(&self, rays: &RayPacket<L>, missed: u32) -> V3<L> {
-        if V::DETAILS
-            && let Some(environment) = &self.world.environment
-        {
-            let seen = around(self.s, environment, rays.dir, missed, self.cones.spreads());
-            if self.world.effects.has(Effect::EnvironmentSampling)
-                && let Some(bright) = &self.world.bright_directions
-            {
-                let densities = self.cones.densities();
-                return seen * environment_mis_weight(self.s, bright, rays.dir, densities, missed);
-            }
-            return seen;
-        }
-        V3::splat(self.s, self.world.background)
     }
 
     /// Radiance limited to [`MAX_RADIANCE`]: materials that amplify light cannot make it infinite.

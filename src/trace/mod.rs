@@ -1,6 +1,7 @@
 //! Whitted's recursion, L = L_Phong + r_s L_s + r_t L_t (CACM 23(6), 1980), as a loop over an explicit stack.
 
 mod attenuation;
+mod background;
 pub(crate) mod batch;
 mod certificate;
 mod clearcoat;
