@@ -65,6 +65,22 @@ impl<K: Hash + Eq> Drop for Permit<K> {
 mod tests {
     use super::*;
 
+    /// Looking and entering are one step: of many that come at once none is too many.
+    #[test]
+    fn a_bound_on_all_holds_for_those_who_come_at_once() {
+        let places = ConcurrencyLimit::default();
+        let start = std::sync::Barrier::new(32);
+        let enter = |who: u32| {
+            start.wait();
+            places.enter_if(who, |_, all| all() < 5)
+        };
+        let held: Vec<_> = std::thread::scope(|scope| {
+            let all: Vec<_> = (0..32).map(|who| scope.spawn(move || enter(who))).collect();
+            all.into_iter().filter_map(|one| one.join().unwrap()).collect()
+        });
+        assert_eq!((held.len(), places.taken()), (5, 5));
+    }
+
     #[test]
     fn each_has_its_share_and_gives_it_back() {
         let places = ConcurrencyLimit::default();

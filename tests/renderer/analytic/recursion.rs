@@ -82,6 +82,12 @@ fn nearly_lossless_mirrors_are_followed_to_the_depth_of_their_scene() {
             let sum = 1.0 - 0.9999f64.powi(depth);
             let (shown, proof) = (f64::from(picture.film.pixels[0][0]), picture.proof());
             assert!(proof.max_linear.is_some(), "depth {depth}: {proof:?}");
+            // Rays get more room where a proof needs them: trees do not say that they were dropped.
+            let tree = trace_pixel(scene, 0, 0);
+            assert!(
+                tree.rays.len() > 250
+                    && tree.rays.iter().all(|ray| ray.not_followed.iter().all(|end| end.why != "budget"))
+            );
             let missing = f64::from(proof.max_linear.unwrap()[0]);
             // Thousands of weights in a chain are rounded, and so is 0.9999.
             let rounded = 1e-8 * f64::from(depth);

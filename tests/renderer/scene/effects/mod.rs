@@ -3,6 +3,7 @@
 
 mod alone;
 mod kernel_flags;
+mod light_traps;
 mod pairs;
 mod random_scene;
 mod switched_off;
