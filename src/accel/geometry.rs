@@ -9,6 +9,7 @@ use super::build::{Bvh, BvhKind};
 use super::build_primitive::BuildPrimitive;
 use super::extent::Extent;
 use super::item::{Attributes, Item, Mesh, Primitive, Shape};
+use super::numbering::Numbering;
 use super::triangle_runs;
 use super::wide_bvh::{WideBvh, WideNode, wholeness};
 use crate::control;
@@ -49,45 +50,41 @@ impl<R: Real> Geometry<R> {
         let mut unbounded = Vec::new();
         let most = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
         let count = items.iter().map(most).sum();
-        // Those of a lone mesh need no list: its faces follow each other.
-        let is_mesh = matches!(&items[..], [Item { shape: Shape::Mesh(_), .. }]);
-        let mut sources = Vec::with_capacity(if is_mesh { 0 } else { count });
-        let mut first = 0;
+        let mut numbering = Numbering::default();
         let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(items.len());
         let longest = triangle_runs::longest::<R>(count, kind);
         let mut bounds = Bounds::EMPTY;
         for (index, (item, extent)) in items.iter().zip(extents).enumerate() {
-            let item_index = index as u32;
+            let index = index as u32;
             if let Shape::Mesh(mesh) = &item.shape {
-                let (around, faces) = (triangle_runs::push(&mut build, mesh, first, longest), mesh.faces.len() as u32);
-                bounds = bounds.union(around);
-                if !is_mesh {
-                    sources.extend((0..faces).map(|face| Primitive { item: item_index, face }));
-                }
-                first += faces;
+                let first = numbering.add(index, mesh.faces.len() as u32);
+                bounds = bounds.union(triangle_runs::push(&mut build, mesh, first, longest));
             } else if let Some(extent) = extent {
                 if extent.radius >= 0.0 {
                     let tight = extent.tight_box();
-                    build.push(BuildPrimitive::new(&tight.narrowed(), first, 1));
+                    build.push(BuildPrimitive::new(&tight.narrowed(), numbering.add(index, 1), 1));
                     bounds = bounds.union(tight);
-                    sources.push(Primitive { item: item_index, face: 0 });
-                    first += 1;
                 }
             } else {
-                unbounded.push(item_index);
+                unbounded.push(index);
             }
         }
 
-        let of = |index: usize| if is_mesh { Primitive { item: 0, face: index as u32 } } else { sources[index] };
-        let run = |run: &BuildPrimitive<R>| (of(run.indices().start).item, run.count() as usize);
-        let wholeness = |runs: &[BuildPrimitive<R>]| wholeness(&items, runs.iter().map(run));
+        let first = |run: &BuildPrimitive<R>| numbering.find(run.indices().start);
+        let wholeness = |runs: &[BuildPrimitive<R>]| wholeness(&items, runs, |run| first(run).item);
         let bvh = Bvh::build(&mut build, kind, &wholeness);
         // Made where it stays: a list that became one of several owners would be copied.
-        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, first as usize).collect();
+        let count = build.iter().map(|run| run.count() as usize).sum();
+        let mut owned: Arc<[Primitive]> = repeat_n(Primitive { item: 0, face: 0 }, count).collect();
         let primitives = Arc::make_mut(&mut owned);
-        let ordered = build.iter().flat_map(BuildPrimitive::indices).map(of);
-        primitives.iter_mut().zip(ordered).for_each(|(place, primitive)| *place = primitive);
-        drop((build, sources));
+        let mut rest = &mut *primitives;
+        for run in &build {
+            let (own, behind) = rest.split_at_mut(run.count() as usize);
+            let Primitive { item, face } = first(run);
+            own.iter_mut().zip(face..).for_each(|(place, face)| *place = Primitive { item, face });
+            rest = behind;
+        }
+        drop((build, numbering));
         let extent = extent_of(&items, extents, bounds);
         let expanded = items.last().map_or(0, |last| last.offset + last.expanded);
         let wide = match kind {
@@ -160,11 +157,9 @@ impl<R: Real> Geometry<R> {
 
     fn bytes_of_hierarchy(&self) -> usize {
         let wide = self.wide.as_ref().map_or(0, |wide| {
-            let columns: usize = wide.columns.iter().map(|column| 2 * ALLOCATION + size_of_val(&column[..])).sum();
             wide.nodes.len() * size_of::<WideNode<R>>()
                 + size_of_val(&wide.leaves[..])
-                + size_of_val(&wide.frusta[..])
-                + columns
+                + wide.numbers.bytes(&wide.leaves)
         });
         let lists = size_of_val(&self.unbounded[..]) + self.primitives.len() * size_of::<Primitive>();
         lists + wide + 4 * ALLOCATION
@@ -207,7 +202,7 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(mesh) => {
-            let Mesh { vertices, faces, normals, uvs, attributes } = &**mesh;
+            let Mesh { vertices, faces, normals, uvs, attributes, known_volume: _ } = &**mesh;
             let more = attributes.as_ref().map_or([0; 4], |more| {
                 let Attributes { uvs, colors, tangents } = &**more;
                 [size_of_val(&**more), size_of_val(&uvs[..]), size_of_val(&colors[..]), size_of_val(&tangents[..])]
@@ -228,20 +223,21 @@ fn boxed<R>(shape: &Shape<R>) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::build::Wholeness;
     use super::super::wide_bvh::Leaf;
     use super::*;
     use crate::math::sin_cos;
     use crate::shape::{Sides, Sphere};
     use glam::DVec3;
+    use std::sync::OnceLock;
 
     fn bytes<T>(vec: &Vec<T>) -> usize {
         vec.capacity() * size_of::<T>()
     }
 
     /// A smooth, bumpy sheet of 2 n^2 triangles.
-    fn sheet(n: u32) -> Item<f32> {
+    pub(in super::super) fn sheet(n: u32) -> Item<f32> {
         let point = |i: u32| [i % (n + 1), i / (n + 1)].map(|k| k as f32 / n as f32);
         let wave = |x: f32| sin_cos(f64::from(x)).0 as f32;
         let vertices: Vec<[f32; 3]> =
@@ -258,6 +254,7 @@ mod tests {
                 normals,
                 uvs: Vec::new(),
                 attributes: None,
+                known_volume: OnceLock::new(),
             })),
             material: 0,
             sides: Sides::Both,
@@ -265,7 +262,7 @@ mod tests {
             closed: true,
             may_touch: false,
             has_holes: false,
-            volume: 0.0,
+            own_volume: 0.0,
             transmission: [0.0; 3],
             source: 0,
             offset: 0,
@@ -279,14 +276,13 @@ mod tests {
         let Shape::Mesh(mesh) = &geometry.items[0].shape else { panic!("the sheet is a mesh") };
         let wide = geometry.wide.as_ref().expect("so many triangles have one");
         let mesh_bytes = bytes(&mesh.vertices) + mesh.faces.len() * size_of::<[u32; 3]>() + bytes(&mesh.normals);
-        let columns: usize = wide.columns.iter().map(bytes).sum();
-        let parts =
-            [mesh_bytes, size_of_val(&geometry.primitives[..]), bytes(&wide.nodes), bytes(&wide.leaves), columns];
+        let primitives = size_of_val(&geometry.primitives[..]);
+        let parts = [mesh_bytes, primitives, bytes(&wide.nodes), bytes(&wide.leaves), wide.numbers.bytes(&wide.leaves)];
         let each = parts.map(|bytes| bytes as f64 / mesh.faces.len() as f64);
         assert!(each.iter().sum::<f64>() <= 100.0, "bytes for each triangle: {each:?}");
     }
 
-    fn ball(i: u32) -> Item<f32> {
+    pub(in super::super) fn ball(i: u32) -> Item<f32> {
         let center = [i as f32, (i * 7 % 11) as f32, 0.5];
         Item { shape: Shape::Sphere(Sphere { center, radius: 0.3 }), expanded: 1, ..sheet(1) }
     }
@@ -313,13 +309,11 @@ mod tests {
             let all: Vec<(Bounds, Primitive)> = items.iter().zip(0..).flat_map(of).collect();
             let mut build: Vec<_> =
                 all.iter().zip(0..).map(|((b, _), index)| BuildPrimitive::new(&b.narrowed(), index, 1)).collect();
-            let wholeness = |runs: &[BuildPrimitive<f32>]| {
-                let of = |run: &BuildPrimitive<f32>| (all[run.indices().start].1.item, 1);
-                match wholeness(&items, runs.iter().map(of)) {
+            let wholeness =
+                |runs: &[BuildPrimitive<f32>]| match wholeness(&items, runs, |run| all[run.indices().start].1.item) {
                     Wholeness::Whole => Wholeness::Any,
                     other => other,
-                }
-            };
+                };
             let bvh = Bvh::build(&mut build, BvhKind::Sah, &wholeness);
             let mut primitives: Vec<_> = build.iter().map(|primitive| all[primitive.indices().start].1).collect();
             let twin = WideBvh::new(&bvh, &items, &mut primitives);

@@ -127,7 +127,8 @@ fn distance<R: Real>(item: &Item<R>, p: DVec3) -> f64 {
         }
         Shape::Mesh(mesh) => {
             let face = |face: usize| distance_to_triangle(p, mesh.corners(face).map(wide));
-            (0..mesh.faces.len()).into_par_iter().map(face).reduce(|| f64::INFINITY, f64::min)
+            let faces = (0..mesh.faces.len()).into_par_iter().filter(|face| !mesh.is_collapsed(*face));
+            faces.map(face).reduce(|| f64::INFINITY, f64::min)
         }
         Shape::Instance(_) => 0.0,
     }

@@ -3,6 +3,7 @@
 use super::geometry::Geometry;
 use super::intersect::hit_item;
 use super::item::{Item, Shape};
+use super::leaf_numbers::Row;
 use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
@@ -236,7 +237,7 @@ impl<L: Lanes> Search<'_, '_, L> {
                     let mut next = leaf;
                     loop {
                         let leaf = &wide.leaves[next];
-                        self.intersect_leaf(s, here, wide, leaf, base, rays, &mut prepared);
+                        self.intersect_leaf(s, here, wide, (leaf, next), base, rays, &mut prepared);
                         if !leaf.more {
                             break;
                         }
@@ -255,7 +256,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         s: L::Simd,
         here: &Geometry<L::Real>,
         wide: &WideBvh<L::Real>,
-        leaf: &Leaf,
+        (leaf, index): (&Leaf, usize),
         base: u64,
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
@@ -269,9 +270,10 @@ impl<L: Lanes> Search<'_, '_, L> {
             return;
         }
         if let Kind::Frusta { sides, capped } = leaf.kind {
-            self.intersect_frusta(s, here, wide, leaf, (sides, capped), base, rays);
+            self.intersect_frusta(s, here, leaf, &wide.row(leaf, index, here), (sides, capped), base, rays);
             return;
         }
+        let row = wide.row(leaf, index, here);
         let start = leaf.start as usize;
         let expanded = |place: usize| {
             let primitive = here.primitives[start + place];
@@ -283,11 +285,11 @@ impl<L: Lanes> Search<'_, '_, L> {
                 let closed = closed(s, rays);
                 let found = match leaf.kind {
                     Kind::Spheres(sides) => {
-                        let (center, radius) = wide.sphere(s, start + place);
+                        let (center, radius) = row.sphere(s, place);
                         hit_sphere(s, center, radius, &closed, sides)
                     }
                     Kind::Triangles(sides) => {
-                        hit_triangle(s, wide.triangle(s, start + place), &closed, prepared.shear(s, rays), sides)
+                        hit_triangle(s, row.triangle(s, place), &closed, prepared.shear(s, rays), sides)
                     }
                     Kind::Frusta { .. } | Kind::Mixed => return,
                 };
@@ -301,11 +303,11 @@ impl<L: Lanes> Search<'_, '_, L> {
             let ray = closed(s, rays).alone(s, lane, first(leaf.count));
             let found = match leaf.kind {
                 Kind::Spheres(sides) => {
-                    let (center, radius) = wide.spheres(s, start);
+                    let (center, radius) = row.spheres(s);
                     hit_sphere(s, center, radius, &ray, sides)
                 }
                 Kind::Triangles(sides) => {
-                    hit_triangle(s, wide.triangles(s, start), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
+                    hit_triangle(s, row.triangles(s), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
                 }
                 Kind::Frusta { .. } | Kind::Mixed => return,
             };
@@ -320,8 +322,8 @@ impl<L: Lanes> Search<'_, '_, L> {
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
-        wide: &WideBvh<L::Real>,
         leaf: &Leaf,
+        row: &Row<'_, L::Real>,
         (sides, capped): (Sides, bool),
         base: u64,
         rays: &mut Rays<L>,
@@ -329,7 +331,7 @@ impl<L: Lanes> Search<'_, '_, L> {
         L::vectorize(
             s,
             #[inline(always)]
-            || self.intersect_frusta_in(s, here, wide, leaf, (sides, capped), base, rays),
+            || self.intersect_frusta_in(s, here, leaf, row, (sides, capped), base, rays),
         );
     }
 
@@ -338,8 +340,8 @@ impl<L: Lanes> Search<'_, '_, L> {
         &mut self,
         s: L::Simd,
         here: &Geometry<L::Real>,
-        wide: &WideBvh<L::Real>,
         leaf: &Leaf,
+        row: &Row<'_, L::Real>,
         (sides, capped): (Sides, bool),
         base: u64,
         rays: &mut Rays<L>,
@@ -349,14 +351,14 @@ impl<L: Lanes> Search<'_, '_, L> {
         let lanes = rays.active.bits();
         if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
             for place in 0..leaf.count as usize {
-                let hit = hit_frusta(s, &wide.frustum(s, leaf, place), capped, &closed(s, rays), sides);
+                let hit = hit_frusta(s, &row.frustum(s, place), capped, &closed(s, rays), sides);
                 if hit.lanes.any() {
                     self.nearest.offer(s, rays, &hit, expanded(place));
                 }
             }
             return;
         }
-        let frusta = wide.frusta(s, leaf);
+        let frusta = row.frusta(s);
         for lane in lanes_of(lanes) {
             let ray = closed(s, rays).alone(s, lane, first(leaf.count));
             let hits = hit_frusta(s, &frusta, capped, &ray, sides);

@@ -4,6 +4,7 @@ use super::crossings::Crossings;
 use super::geometry::Geometry;
 use super::intersect::hit_item;
 use super::item::{Item, Shape};
+use super::leaf_numbers::Row;
 use super::traversal::{Coherence, MANY, Prepared, Stack, StackEntry, first};
 use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
@@ -106,7 +107,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                     let mut next = leaf;
                     loop {
                         let leaf = &wide.leaves[next];
-                        self.intersect_leaf(s, here, wide, leaf, rays, &mut prepared);
+                        self.intersect_leaf(s, here, wide, (leaf, next), rays, &mut prepared);
                         if !leaf.more {
                             break;
                         }
@@ -128,7 +129,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         s: L::Simd,
         here: &Geometry<L::Real>,
         wide: &WideBvh<L::Real>,
-        leaf: &Leaf,
+        (leaf, index): (&Leaf, usize),
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
     ) {
@@ -139,33 +140,34 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             }
             return;
         }
+        let row = wide.row(leaf, index, here);
         let lanes = rays.active.bits();
         let start = leaf.start as usize;
         if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
-            for place in leaf.places() {
+            for place in 0..leaf.count as usize {
                 let crossed = match leaf.kind {
                     Kind::Spheres(sides) => {
-                        let (center, radius) = wide.sphere(s, place);
+                        let (center, radius) = row.sphere(s, place);
                         sphere_crossings(s, center, radius, rays, sides)
                     }
                     Kind::Triangles(sides) => [
-                        hit_triangle(s, wide.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
+                        hit_triangle(s, row.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
                         L::mask(s, 0),
                     ],
-                    Kind::Frusta { .. } => self.crossed_frusta(s, wide, leaf, Some(place - start), rays),
+                    Kind::Frusta { .. } => self.crossed_frusta(s, row, leaf.kind, Some(place), rays),
                     Kind::Mixed => return,
                 };
                 let met = crossed[0] | crossed[1];
                 if !met.any() {
                     continue;
                 }
-                if self.blockers.stop_at(item(place)) {
+                if self.blockers.stop_at(item(start + place)) {
                     rays.active = rays.active & !met;
                     continue;
                 }
                 for lanes in crossed.map(Mask::bits) {
                     if lanes != 0 {
-                        self.crossings.push(lanes, item(place).passed());
+                        self.crossings.push(lanes, item(start + place).passed());
                     }
                 }
             }
@@ -175,17 +177,17 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             let ray = rays.alone(s, lane, first(leaf.count));
             let crossed = match leaf.kind {
                 Kind::Spheres(sides) => {
-                    let (center, radius) = wide.spheres(s, start);
+                    let (center, radius) = row.spheres(s);
                     sphere_crossings(s, center, radius, &ray, sides)
                 }
                 Kind::Triangles(sides) => {
-                    let corners = wide.triangles(s, start);
+                    let corners = row.triangles(s);
                     [
                         hit_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).lanes,
                         L::mask(s, 0),
                     ]
                 }
-                Kind::Frusta { .. } => self.crossed_frusta(s, wide, leaf, None, &ray),
+                Kind::Frusta { .. } => self.crossed_frusta(s, row, leaf.kind, None, &ray),
                 Kind::Mixed => return,
             };
             let met = (crossed[0] | crossed[1]).bits();
@@ -210,8 +212,8 @@ impl<L: Lanes> ShadowSearch<'_, L> {
     fn crossed_frusta(
         &self,
         s: L::Simd,
-        wide: &WideBvh<L::Real>,
-        leaf: &Leaf,
+        row: Row<'_, L::Real>,
+        kind: Kind,
         place: Option<usize>,
         rays: &Rays<L>,
     ) -> [L::Mask; 2] {
@@ -219,10 +221,10 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             s,
             #[inline(always)]
             || {
-                let Kind::Frusta { sides, capped } = leaf.kind else { return [L::mask(s, 0); 2] };
+                let Kind::Frusta { sides, capped } = kind else { return [L::mask(s, 0); 2] };
                 let frusta = match place {
-                    Some(place) => wide.frustum(s, leaf, place),
-                    None => wide.frusta(s, leaf),
+                    Some(place) => row.frustum(s, place),
+                    None => row.frusta(s),
                 };
                 match self.blockers {
                     Blockers::Opaque => [hit_frusta(s, &frusta, capped, rays, sides).lanes, L::mask(s, 0)],

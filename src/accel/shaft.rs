@@ -232,7 +232,8 @@ fn is_flat<R: Real>(mesh: &Mesh<R>) -> bool {
     if mesh.faces.len() > MOST_FACES || !mesh.normals.is_empty() {
         return false;
     }
-    let Some([a, b, c]) = (0..mesh.faces.len()).map(|face| mesh.points(face)).next() else { return true };
+    let Some(first) = (0..mesh.faces.len()).find(|face| !mesh.is_collapsed(*face)) else { return true };
+    let [a, b, c] = mesh.points(first);
     let normal = (b - a).cross(c - a);
     mesh.vertices.iter().all(|p| normal.dot(DVec3::from_array(p.map(Real::to_f64)) - a) == 0.0)
 }

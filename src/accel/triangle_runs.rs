@@ -16,6 +16,8 @@ const LARGE: usize = 32_768;
 const COMPACT: f64 = 0.8;
 /// Triangles that one thread goes through at a time. No run goes on in the next ones.
 const CHUNK: usize = 16_384;
+/// Least number of chunks that are gone through before their runs are moved behind the others, so that the next ones can use their memory.
+const AT_ONCE: usize = 16;
 
 /// Most triangles in a run, where a geometry has as many primitives as this: those of a leaf.
 pub(super) fn longest<R: Real>(primitives: usize, kind: BvhKind) -> u32 {
@@ -23,17 +25,20 @@ pub(super) fn longest<R: Real>(primitives: usize, kind: BvhKind) -> u32 {
 }
 
 /// Adds the triangles of a mesh to what a hierarchy is built of, in runs of at most `longest`. The first has the index `first`.
-/// Returns the box around them.
+/// Those that are but lines are left out. Returns the box around the others.
 pub(super) fn push<R: Real>(build: &mut Vec<BuildPrimitive<R>>, mesh: &Mesh<R>, first: u32, longest: u32) -> Bounds {
     let faces = mesh.faces.len();
     let chunk = |start: usize| runs(mesh, first, start..faces.min(start + CHUNK), longest);
     let starts: Vec<usize> = (0..faces).step_by(CHUNK).collect();
-    let chunks: Vec<_> = starts.into_par_iter().map(chunk).collect();
-    build.reserve(chunks.iter().map(|(runs, _)| runs.len()).sum());
-    chunks.into_iter().fold(Bounds::EMPTY, |bounds, (runs, around)| {
-        build.extend(runs);
-        bounds.union(around)
-    })
+    let mut bounds = Bounds::EMPTY;
+    for some in starts.chunks(AT_ONCE.max(2 * rayon::current_num_threads())) {
+        let chunks: Vec<_> = some.par_iter().copied().map(chunk).collect();
+        for (runs, around) in chunks {
+            build.extend(runs);
+            bounds = bounds.union(around);
+        }
+    }
+    bounds
 }
 
 /// The runs of some triangles, and the box around them.
@@ -47,6 +52,10 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, longest: u32) 
     };
     let mut open: Option<Run<R>> = None;
     for face in faces {
+        if mesh.is_collapsed(face) {
+            open.take().iter().for_each(&mut end);
+            continue;
+        }
         let alone = Run::alone(Box4::around(mesh.corners(face)), first + face as u32);
         open = Some(match open {
             None => alone,
@@ -56,7 +65,7 @@ fn runs<R: Real>(mesh: &Mesh<R>, first: u32, faces: Range<usize>, longest: u32) 
             }),
         });
     }
-    open.iter().for_each(end);
+    open.iter().for_each(&mut end);
     (runs, around)
 }
 
@@ -94,14 +103,15 @@ impl<R: Real> Run<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
+    use std::sync::{Arc, OnceLock};
 
     /// Triangles with a corner at each of these places along x, of sides of 1.
     fn mesh(places: impl Iterator<Item = f32>) -> Mesh<f32> {
         let vertices: Vec<[f32; 3]> =
             places.flat_map(|x| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.5]]).collect();
         let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        Mesh { vertices, faces: Arc::new(faces), normals: Vec::new(), uvs: Vec::new(), attributes: None }
+        let (faces, normals, uvs) = (Arc::new(faces), Vec::new(), Vec::new());
+        Mesh { vertices, faces, normals, uvs, attributes: None, known_volume: OnceLock::new() }
     }
 
     fn counts(mesh: &Mesh<f32>, kind: BvhKind) -> Vec<u32> {
@@ -122,6 +132,19 @@ mod tests {
         assert!(counts(&far, BvhKind::Sah).iter().all(|&count| count == 1));
         let pairs = mesh((0..LARGE + 1).map(|i| (i / 2 * 3) as f32));
         assert!(counts(&pairs, BvhKind::Sah)[..LARGE / 2].iter().all(|&count| count == 2));
+    }
+
+    #[test]
+    fn triangles_that_are_but_lines_are_left_out() {
+        let mut mesh = mesh((0..LARGE).map(|i| (i / 2) as f32));
+        let faces = Arc::make_mut(&mut mesh.faces);
+        // Two corners in one place, by their index and by their coordinates.
+        faces[10] = [30, 31, 30];
+        mesh.vertices[3 * 20 + 1] = mesh.vertices[3 * 20];
+        let mut build = Vec::new();
+        push(&mut build, &mesh, 0, longest::<f32>(mesh.faces.len(), BvhKind::Sah));
+        let places = build.iter().flat_map(BuildPrimitive::indices);
+        assert!(places.eq((0..LARGE).filter(|i| ![10, 20].contains(i))));
     }
 
     #[test]

@@ -6,9 +6,11 @@
 
 use super::bounds::Slab;
 use super::build::{Bvh, Node, Wholeness};
+use super::build_primitive::BuildPrimitive;
 use super::item::{Item, Primitive, Shape};
-use crate::lanes::{Lanes, MAX_LANES, Real, V3};
-use crate::shape::{FRUSTUM_NUMBERS, Frusta, Sides, Sphere};
+use super::leaf_numbers::LeafNumbers;
+use crate::lanes::{MAX_LANES, Real};
+use crate::shape::Sides;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -18,11 +20,7 @@ pub(super) struct WideBvh<R> {
     pub(super) nodes: Vec<WideNode<R>>,
     pub(super) leaves: Vec<Leaf>,
     pub(super) root: Child,
-    /// Coordinates of the spheres (centre, radius) and triangles (three corners), in the order of the leaves.
-    pub(super) columns: Vec<Vec<R>>,
-    /// Numbers of the frusta of each leaf that holds some, side by side: in columns of their own they would be in as many
-    /// places of memory.
-    pub(super) frusta: Vec<[[R; MAX_LANES]; FRUSTUM_NUMBERS]>,
+    pub(super) numbers: LeafNumbers<R>,
 }
 
 /// The boxes of a node's children, axis by axis.
@@ -59,7 +57,7 @@ impl Child {
 pub(super) struct Leaf {
     pub(super) start: u32,
     pub(super) count: u32,
-    /// Of frusta, the index of their numbers.
+    /// Where its numbers begin, among those of its group in large hierarchies.
     pub(super) row: u32,
     pub(super) kind: Kind,
     /// Whether the next leaf has the same box: what is of several kinds is one leaf for each.
@@ -89,8 +87,12 @@ impl<R: Real> WideBvh<R> {
     /// Everything in one leaf, tested one by one. Slow; tests compare the others with it.
     pub(super) fn flat(slab: Slab<R>, count: usize) -> Self {
         let leaf = Leaf { start: 0, count: count as u32, row: 0, kind: Kind::Mixed, more: false };
-        let (nodes, columns, frusta) = (Vec::new(), Vec::new(), Vec::new());
-        let mut wide = Self { nodes, leaves: vec![leaf], root: Child::leaf(0), columns, frusta };
+        let mut wide = Self {
+            nodes: Vec::new(),
+            leaves: vec![leaf],
+            root: Child::leaf(0),
+            numbers: LeafNumbers::Ready(Box::default()),
+        };
         wide.wrap(slab);
         wide
     }
@@ -116,76 +118,12 @@ impl<R: Real> WideBvh<R> {
         &self.leaves[first..=first + more]
     }
 
-    /// The sphere at a place, in all lanes.
-    #[inline(always)]
-    pub(super) fn sphere<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
-        (self.point(s, 0, place), L::splat(s, self.columns[3][place]))
-    }
-
-    /// The spheres at a place and after, one in each lane.
-    #[inline(always)]
-    pub(super) fn spheres<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> (V3<L>, L) {
-        (self.points(s, 0, place), L::load(s, &self.columns[3][place..]))
-    }
-
-    /// The corners of the triangle at a place, in all lanes.
-    #[inline(always)]
-    pub(super) fn triangle<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
-        [self.point(s, 0, place), self.point(s, 3, place), self.point(s, 6, place)]
-    }
-
-    /// The corners of the triangles at a place and after, one in each lane.
-    #[inline(always)]
-    pub(super) fn triangles<L: Lanes<Real = R>>(&self, s: L::Simd, place: usize) -> [V3<L>; 3] {
-        [self.points(s, 0, place), self.points(s, 3, place), self.points(s, 6, place)]
-    }
-
-    /// One frustum of a leaf, in all lanes.
-    #[inline(always)]
-    pub(super) fn frustum<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf, place: usize) -> Frusta<L> {
-        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
-        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
-            *number = L::splat(s, column[place]);
-        }
-        Frusta::of(numbers)
-    }
-
-    /// The frusta of a leaf, one in each lane.
-    #[inline(always)]
-    pub(super) fn frusta<L: Lanes<Real = R>>(&self, s: L::Simd, leaf: &Leaf) -> Frusta<L> {
-        let mut numbers = [L::lit(s, 0.0); FRUSTUM_NUMBERS];
-        for (number, column) in numbers.iter_mut().zip(&self.frusta[leaf.row as usize]) {
-            *number = L::load(s, column);
-        }
-        Frusta::of(numbers)
-    }
-
-    /// Three columns at a place, in all lanes.
-    #[inline(always)]
-    fn point<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
-        V3 {
-            x: L::splat(s, self.columns[column][place]),
-            y: L::splat(s, self.columns[column + 1][place]),
-            z: L::splat(s, self.columns[column + 2][place]),
-        }
-    }
-
-    /// Three columns from a place on.
-    #[inline(always)]
-    fn points<L: Lanes<Real = R>>(&self, s: L::Simd, column: usize, place: usize) -> V3<L> {
-        V3 {
-            x: L::load(s, &self.columns[column][place..]),
-            y: L::load(s, &self.columns[column + 1][place..]),
-            z: L::load(s, &self.columns[column + 2][place..]),
-        }
-    }
-
     /// From a binary hierarchy that is not empty. Sorts the primitives of each leaf by their kinds.
     pub(super) fn new(bvh: &Bvh<R>, items: &[Item<R>], primitives: &mut [Primitive]) -> Self {
         let below = below(bvh, items, primitives);
         sort_leaves(items, &below, primitives);
-        let columns = columns(items, primitives);
-        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), columns, frusta: Vec::new() };
+        let mut wide =
+            Self { nodes: Vec::new(), leaves: Vec::new(), root: Child(0), numbers: LeafNumbers::Ready(Box::default()) };
         let collapse = Collapse { bvh, below: &below, items, primitives };
         wide.root = wide.child(&collapse, 0);
         let mut next = 0;
@@ -212,7 +150,7 @@ impl<R: Real> WideBvh<R> {
         wide.wrap(bvh.nodes[0].slab);
         wide.nodes.shrink_to_fit();
         wide.leaves.shrink_to_fit();
-        wide.frusta.shrink_to_fit();
+        wide.numbers = LeafNumbers::new(&mut wide.leaves, items, primitives);
         wide
     }
 
@@ -235,28 +173,13 @@ impl<R: Real> WideBvh<R> {
             // A cancelled hierarchy may have more in a leaf than lanes.
             for part in same.chunks(R::LANES) {
                 let (kind, count) = (of(&part[0]), part.len() as u32);
-                let row = if let Kind::Frusta { .. } = kind { self.push_frusta(items, part) } else { 0 };
-                self.leaves.push(Leaf { start, count, row, kind, more: true });
+                self.leaves.push(Leaf { start, count, row: 0, kind, more: true });
                 start += count;
             }
         }
         if let Some(last) = self.leaves.last_mut() {
             last.more = false;
         }
-    }
-
-    /// Adds a row of frusta.
-    fn push_frusta(&mut self, items: &[Item<R>], primitives: &[Primitive]) -> u32 {
-        let mut row = [[R::default(); MAX_LANES]; FRUSTUM_NUMBERS];
-        for (lane, primitive) in primitives.iter().enumerate() {
-            if let Shape::Frustum(frustum) = &items[primitive.item as usize].shape {
-                for (column, number) in row.iter_mut().zip(frustum.numbers()) {
-                    column[lane] = number;
-                }
-            }
-        }
-        self.frusta.push(row);
-        self.frusta.len() as u32 - 1
     }
 }
 
@@ -276,19 +199,20 @@ impl<R: Real> WideNode<R> {
 }
 
 /// What some primitives may be together. Few of at most two kinds are tested as quickly as one. Each placed geometry has a box of
-/// its own: to enter it costs more than a node. `runs` has the item of each run of primitives and how many there are.
-pub(super) fn wholeness<R: Real>(items: &[Item<R>], runs: impl ExactSizeIterator<Item = (u32, usize)>) -> Wholeness {
-    if runs.len() > R::LANES {
+/// its own: to enter it costs more than a node.
+pub(super) fn wholeness<R: Real>(
+    items: &[Item<R>],
+    runs: &[BuildPrimitive<R>],
+    item_of: impl Fn(&BuildPrimitive<R>) -> u32,
+) -> Wholeness {
+    let count = || runs.iter().map(BuildPrimitive::count).sum::<u32>();
+    if runs.len() > R::LANES || count() > R::LANES as u32 {
         return Wholeness::Any;
     }
-    let (mut kinds, mut instances, mut count) = (Kinds::default(), false, 0);
+    let (mut kinds, mut instances) = (Kinds::default(), false);
     let (mut known, mut first) = (None, 0);
-    for (place, (item, len)) in runs.enumerate() {
-        count += len;
-        if count > R::LANES {
-            return Wholeness::Any;
-        }
-        let item = &items[item as usize];
+    for (place, run) in runs.iter().enumerate() {
+        let item = &items[item_of(run) as usize];
         let kind = kind_of(item);
         first |= u32::from(*known.get_or_insert(kind) == kind) << place;
         kinds = kinds.with(Kinds::of(kind));
@@ -297,7 +221,7 @@ pub(super) fn wholeness<R: Real>(items: &[Item<R>], runs: impl ExactSizeIterator
     match () {
         () if kinds.are_whole() && kinds.0.count_ones() > 1 => Wholeness::Pair { first },
         () if kinds.are_whole() => Wholeness::Whole,
-        () if instances && count > 1 => Wholeness::Apart,
+        () if instances && runs.len() > 1 => Wholeness::Apart,
         () => Wholeness::Any,
     }
 }
@@ -426,39 +350,4 @@ impl<R: Real> Collapse<'_, R> {
             }
         }
     }
-}
-
-/// Entries of [`WideBvh::columns`] that one thread fills at a time.
-const CHUNK: usize = 16_384;
-
-/// The columns of [`WideBvh`], longer by one number for each lane, so that whole bundles can be loaded at the end.
-fn columns<R: Real>(items: &[Item<R>], primitives: &[Primitive]) -> Vec<Vec<R>> {
-    let has = |test: fn(&Shape<R>) -> bool| items.iter().any(|item| test(&item.shape));
-    let count = match () {
-        () if has(|shape| matches!(shape, Shape::Mesh(_))) => 9,
-        () if has(|shape| matches!(shape, Shape::Sphere(_))) => 4,
-        () => 0,
-    };
-    let mut columns: Vec<Vec<R>> = (0..count).map(|_| vec![R::default(); primitives.len() + MAX_LANES]).collect();
-    let mut chunks: Vec<Vec<&mut [R]>> = primitives.chunks(CHUNK).map(|_| Vec::with_capacity(count)).collect();
-    for column in &mut columns {
-        for (chunk, numbers) in chunks.iter_mut().zip(column.chunks_mut(CHUNK)) {
-            chunk.push(numbers);
-        }
-    }
-    primitives.par_chunks(CHUNK).zip(chunks).for_each(|(primitives, mut columns)| {
-        for (place, primitive) in primitives.iter().enumerate() {
-            let mut fill = |numbers: &[R]| {
-                for (column, number) in columns.iter_mut().zip(numbers) {
-                    column[place] = *number;
-                }
-            };
-            match &items[primitive.item as usize].shape {
-                Shape::Sphere(Sphere { center: [x, y, z], radius, .. }) => fill(&[*x, *y, *z, *radius]),
-                Shape::Mesh(mesh) => fill(mesh.corners(primitive.face as usize).as_flattened()),
-                _ => {}
-            }
-        }
-    });
-    columns
 }

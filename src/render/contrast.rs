@@ -8,6 +8,9 @@ use rayon::prelude::*;
 /// Difference of neighbouring pixels, in 8-bit sRGB codes of any channel, from which on both are refined.
 pub(crate) const CONTRAST: u8 = 8;
 
+/// Pixels whose codes one thread makes at a time.
+const CHUNK: usize = 1 << 12;
+
 /// The largest difference of each traced pixel from one of its eight neighbours, row by row: over black, and over what is behind a
 /// transparent background.
 pub(super) fn contrasts_of(display: &Display, traced: &Traced, width: u32) -> Vec<u8> {
@@ -42,11 +45,16 @@ fn codes_of_shown_over_background(display: &Display, shown: &[[f32; 3]], alpha: 
         let behind = behind.unwrap_or([1.0; 3]);
         std::array::from_fn(|c| shown[c] + behind[c] * (1.0 - alpha))
     };
-    let shown = shown.par_iter().with_min_len(1 << 12).zip(alpha);
-    let mut codes = codes_of_shown(&shown.map(over).collect::<Vec<_>>());
-    if behind.is_none() {
-        codes.as_flattened_mut().iter_mut().for_each(|code| *code /= 2);
-    }
+    let mut codes = vec![[0; 3]; shown.len()];
+    let chunks = shown.par_chunks(CHUNK).zip(alpha.par_chunks(CHUNK)).zip(codes.par_chunks_mut(CHUNK));
+    chunks.for_each(|((shown, alpha), codes)| {
+        let shown: Vec<[f32; 3]> = shown.iter().zip(alpha).map(over).collect();
+        let codes = codes.as_flattened_mut();
+        Codes8::get().codes(shown.as_flattened(), codes);
+        if behind.is_none() {
+            codes.iter_mut().for_each(|code| *code /= 2);
+        }
+    });
     codes
 }
 
@@ -71,7 +79,7 @@ pub(super) fn codes_of(display: &Display, pixels: &[[f32; 3]]) -> Vec<[u8; 3]> {
 
 fn codes_of_shown(shown: &[[f32; 3]]) -> Vec<[u8; 3]> {
     let mut codes = vec![[0; 3]; shown.len()];
-    shown.par_chunks(1 << 12).zip(codes.par_chunks_mut(1 << 12)).for_each(|(shown, codes)| {
+    shown.par_chunks(CHUNK).zip(codes.par_chunks_mut(CHUNK)).for_each(|(shown, codes)| {
         Codes8::get().codes(shown.as_flattened(), codes.as_flattened_mut());
     });
     codes

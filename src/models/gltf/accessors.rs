@@ -3,6 +3,7 @@
 use super::super::fault::{Fault, Faults, Kind};
 use super::buffers::Buffers;
 use super::json::{Accessor, Document};
+use std::cell::Cell;
 
 /// Types of the numbers of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -198,14 +199,20 @@ impl Buffers<'_> {
         let accessor = &document.accessors[index];
         let (component, width) = self.typed(accessor, index, widths)?;
         let normalized = accessor.normalized;
+        let is_finite = Cell::new(true);
         let elements: Vec<[f64; N]> = match component {
             // Most are: it is told once, and not for each number.
-            Component::F32 => {
-                self.list(document, index, width, [0.0; N], |bytes| Component::F32.numbers(bytes, false))?
-            }
+            Component::F32 => self.list(document, index, width, [0.0; N], |bytes| {
+                let mut element = [0.0; N];
+                for (number, bytes) in element.iter_mut().zip(bytes.as_chunks().0) {
+                    *number = f64::from(f32::from_le_bytes(*bytes));
+                }
+                is_finite.set(is_finite.get() & element.iter().all(|number| number.is_finite()));
+                element
+            })?,
             other => self.list(document, index, width, [0.0; N], |bytes| other.numbers(bytes, normalized))?,
         };
-        if component == Component::F32
+        if !is_finite.get()
             && let Some(at) = elements.iter().position(|element| element.iter().any(|number| !number.is_finite()))
         {
             let wrong = elements[at].iter().find(|number| !number.is_finite()).copied().unwrap_or_default();

@@ -2,18 +2,18 @@
 
 use crate::accel::{Attributes, Mesh, Shape};
 use crate::lanes::Real;
-use crate::scene::description::{self as d, Appearance, Object, Vec3, is_collapsed};
+use crate::scene::description::{self as d, Appearance, Object, Vec3};
 use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 /// The faces of all triangles and of all quads: one list for each, however many there are.
 static TRIANGLE: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2]].into());
 static QUAD: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2], [0, 2, 3]].into());
 
-/// The volume of a closed body.
+/// The volume of a closed body. Meshes find out their own.
 pub(super) fn volume(object: &Object) -> f64 {
     let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
     match object {
@@ -25,13 +25,7 @@ pub(super) fn volume(object: &Object) -> f64 {
             PI / 3.0 * distance(o.base, o.top) * (r * r + r * q + q * q)
         }
         Object::Torus(o) => 2.0 * PI * PI * o.major_radius * o.minor_radius * o.minor_radius,
-        Object::Mesh(o) => {
-            // Sum of the signed volumes of the tetrahedra below the faces, seen from a point near the mesh.
-            let corner = |i: u32| DVec3::from_array(o.vertices[i as usize]);
-            let apex = corner(o.faces[0][0]);
-            let six = |f: &[u32; 3]| (corner(f[0]) - apex).dot((corner(f[1]) - apex).cross(corner(f[2]) - apex));
-            o.faces.iter().map(six).sum::<f64>().abs() / 6.0
-        }
+        Object::Mesh(_) => 0.0,
         _ => f64::INFINITY,
     }
 }
@@ -136,31 +130,16 @@ fn frustum<R: Real>(base: DVec3, top: DVec3, base_radius: f64, top_radius: f64, 
     })
 }
 
-/// A mesh without the faces that rounding has collapsed to lines. Slivers stay: without them there would be gaps.
+/// A mesh, which shares the list of faces of the description. Hierarchies leave out what rounding has collapsed to lines.
 fn mesh<R: Real>(
     vertices: &[Vec3],
     faces: Arc<Vec<[u32; 3]>>,
     normals: Option<&[Vec3]>,
     uvs: Option<&[[f64; 2]]>,
 ) -> Mesh<R> {
-    let vertices: Vec<[R; 3]> = vertices.iter().map(|v| v.map(R::from_f64)).collect();
-    let collapsed: Vec<usize> = (0..faces.len()).filter(|&i| is_collapsed(&vertices, &faces[i])).collect();
-    // A mesh without such faces shares the list of the description.
-    let faces = if collapsed.is_empty() { faces } else { Arc::new(without(&faces, &collapsed)) };
+    let vertices = vertices.iter().map(|v| v.map(R::from_f64)).collect();
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
     let normals = normals.unwrap_or_default().iter().map(unit).collect();
-    Mesh { faces, normals, vertices, uvs, attributes: None }
-}
-
-/// A list without the elements at some places, which rise.
-fn without(faces: &[[u32; 3]], places: &[usize]) -> Vec<[u32; 3]> {
-    let mut kept = Vec::with_capacity(faces.len() - places.len());
-    let ends = places.iter().copied().chain([faces.len()]);
-    let mut start = 0;
-    for end in ends {
-        kept.extend_from_slice(&faces[start..end]);
-        start = end + 1;
-    }
-    kept
+    Mesh { faces, normals, vertices, uvs, attributes: None, known_volume: OnceLock::new() }
 }

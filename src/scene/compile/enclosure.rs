@@ -66,7 +66,10 @@ impl<'a, R: Real> Enclosures<'a, R> {
         }
         let (middle, reach) = ((eye.min + eye.max) * 0.5, (eye.max - eye.min).length() * 0.5);
         let mut angle = 0.0;
-        for face in mesh.faces.iter() {
+        let solid =
+            mesh.faces.iter().enumerate().filter(|(index, _)| !mesh.is_collapsed(*index)).map(|(_, face)| *face);
+        let faces: Vec<[u32; 3]> = solid.collect();
+        for face in &faces {
             if control::step(1) {
                 return false;
             }
@@ -80,7 +83,7 @@ impl<'a, R: Real> Enclosures<'a, R> {
             angle += 2.0 * math::atan2(a.dot(b.cross(c)), cosine);
         }
         let vertices: Vec<[f64; 3]> = mesh.vertices.iter().map(|v| v.map(Real::to_f64)).collect();
-        angle.abs() > 2.0 * PI && is_closed(&vertices, &mesh.faces)
+        angle.abs() > 2.0 * PI && is_closed(&vertices, &faces)
     }
 }
 
