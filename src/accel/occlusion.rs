@@ -10,7 +10,7 @@ use super::wide_bvh::{Kind, Leaf, WideBvh};
 use crate::control;
 use crate::lanes::{Lanes, Mask, Real, V3, lanes_of};
 use crate::ray::Rays;
-use crate::shape::{frusta_crossings, hit_frusta, hit_triangle, sphere_crossings};
+use crate::shape::{Frusta, Sides, frusta_crossings, hit_frusta, hit_triangle, sphere_crossings};
 
 /// What a surface does to a shadow ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,7 +133,6 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         rays: &mut Rays<L>,
         prepared: &mut Prepared<L>,
     ) {
-        let item = |place: usize| &here.items[here.primitives[place].item as usize];
         if leaf.kind == Kind::Mixed {
             for primitive in &here.primitives[leaf.places()] {
                 self.visit(s, &here.items[primitive.item as usize], primitive.face, rays);
@@ -141,6 +140,10 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             return;
         }
         let row = wide.row(leaf, index, here);
+        if let Kind::Frusta { sides, capped } = leaf.kind {
+            self.intersect_frusta(s, here, leaf, &row, (sides, capped), rays);
+            return;
+        }
         let lanes = rays.active.bits();
         let start = leaf.start as usize;
         if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
@@ -154,22 +157,9 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         hit_triangle(s, row.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
                         L::mask(s, 0),
                     ],
-                    Kind::Frusta { .. } => self.crossed_frusta(s, row, leaf.kind, Some(place), rays),
-                    Kind::Mixed => return,
+                    Kind::Frusta { .. } | Kind::Mixed => return,
                 };
-                let met = crossed[0] | crossed[1];
-                if !met.any() {
-                    continue;
-                }
-                if self.blockers.stop_at(item(start + place)) {
-                    rays.active = rays.active & !met;
-                    continue;
-                }
-                for lanes in crossed.map(Mask::bits) {
-                    if lanes != 0 {
-                        self.crossings.push(lanes, item(start + place).passed());
-                    }
-                }
+                self.cross_one(here, start + place, crossed, rays);
             }
             return;
         }
@@ -187,51 +177,104 @@ impl<L: Lanes> ShadowSearch<'_, L> {
                         L::mask(s, 0),
                     ]
                 }
-                Kind::Frusta { .. } => self.crossed_frusta(s, row, leaf.kind, None, &ray),
-                Kind::Mixed => return,
+                Kind::Frusta { .. } | Kind::Mixed => return,
             };
-            let met = (crossed[0] | crossed[1]).bits();
-            if met == 0 {
-                continue;
-            }
-            let opaque = |place: usize| self.blockers.stop_at(item(start + place));
-            if self.blockers == Blockers::Opaque || lanes_of(met).any(opaque) {
-                rays.active = rays.active & !L::mask(s, 1 << lane);
-                continue;
-            }
-            for mask in crossed {
-                for place in lanes_of(mask.bits()) {
-                    self.crossings.push(1 << lane, item(start + place).passed());
-                }
-            }
+            self.cross_some(s, here, start, crossed, lane, rays);
         }
     }
 
-    /// The lanes that cross frusta of a leaf: one of them and many rays, or all of them and one ray. Not inlined, so that scenes
-    /// without them pay nothing.
-    fn crossed_frusta(
-        &self,
+    /// The same for frusta. Not inlined, so that scenes without them pay nothing.
+    fn intersect_frusta(
+        &mut self,
         s: L::Simd,
-        row: Row<'_, L::Real>,
-        kind: Kind,
-        place: Option<usize>,
-        rays: &Rays<L>,
-    ) -> [L::Mask; 2] {
+        here: &Geometry<L::Real>,
+        leaf: &Leaf,
+        row: &Row<'_, L::Real>,
+        how: (Sides, bool),
+        rays: &mut Rays<L>,
+    ) {
         L::vectorize(
             s,
             #[inline(always)]
             || {
-                let Kind::Frusta { sides, capped } = kind else { return [L::mask(s, 0); 2] };
-                let frusta = match place {
-                    Some(place) => row.frustum(s, place),
-                    None => row.frusta(s),
-                };
-                match self.blockers {
-                    Blockers::Opaque => [hit_frusta(s, &frusta, capped, rays, sides).lanes, L::mask(s, 0)],
-                    Blockers::Holed | Blockers::Transmissive => frusta_crossings(s, &frusta, capped, rays, sides),
+                let lanes = rays.active.bits();
+                let start = leaf.start as usize;
+                if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
+                    for place in 0..leaf.count as usize {
+                        let crossed = self.crossings_of(s, &row.frustum(s, place), how, rays);
+                        self.cross_one(here, start + place, crossed, rays);
+                    }
+                    return;
+                }
+                let frusta = row.frusta(s);
+                for lane in lanes_of(lanes) {
+                    let ray = rays.alone(s, lane, first(leaf.count));
+                    let crossed = self.crossings_of(s, &frusta, how, &ray);
+                    self.cross_some(s, here, start, crossed, lane, rays);
                 }
             },
-        )
+        );
+    }
+
+    /// The lanes in which rays cross frusta once and twice.
+    #[inline(always)]
+    fn crossings_of(
+        &self,
+        s: L::Simd,
+        frusta: &Frusta<L>,
+        (sides, capped): (Sides, bool),
+        rays: &Rays<L>,
+    ) -> [L::Mask; 2] {
+        match self.blockers {
+            Blockers::Opaque => [hit_frusta(s, frusta, capped, rays, sides).lanes, L::mask(s, 0)],
+            Blockers::Holed | Blockers::Transmissive => frusta_crossings(s, frusta, capped, rays, sides),
+        }
+    }
+
+    /// Takes from rays what a primitive keeps of them, where they cross it once and twice.
+    #[inline(always)]
+    fn cross_one(&mut self, here: &Geometry<L::Real>, place: usize, crossed: [L::Mask; 2], rays: &mut Rays<L>) {
+        let met = crossed[0] | crossed[1];
+        if !met.any() {
+            return;
+        }
+        let item = &here.items[here.primitives[place].item as usize];
+        if self.blockers.stop_at(item) {
+            rays.active = rays.active & !met;
+            return;
+        }
+        for lanes in crossed.map(Mask::bits) {
+            if lanes != 0 {
+                self.crossings.push(lanes, item.passed());
+            }
+        }
+    }
+
+    /// The same of one ray and all primitives of a leaf.
+    #[inline(always)]
+    fn cross_some(
+        &mut self,
+        s: L::Simd,
+        here: &Geometry<L::Real>,
+        start: usize,
+        crossed: [L::Mask; 2],
+        lane: usize,
+        rays: &mut Rays<L>,
+    ) {
+        let met = (crossed[0] | crossed[1]).bits();
+        if met == 0 {
+            return;
+        }
+        let item = |place: usize| &here.items[here.primitives[start + place].item as usize];
+        if self.blockers == Blockers::Opaque || lanes_of(met).any(|place| self.blockers.stop_at(item(place))) {
+            rays.active = rays.active & !L::mask(s, 1 << lane);
+            return;
+        }
+        for mask in crossed {
+            for place in lanes_of(mask.bits()) {
+                self.crossings.push(1 << lane, item(place).passed());
+            }
+        }
     }
 
     /// Tests one primitive of any kind, or descends into an instance. Not inlined: few scenes hold many of these.
