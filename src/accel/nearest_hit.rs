@@ -280,40 +280,47 @@ impl<L: Lanes> Search<'_, '_, L> {
             base + here.items[primitive.item as usize].offset + u64::from(primitive.face)
         };
         let lanes = rays.active.bits();
-        if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
-            for place in 0..leaf.count as usize {
-                let closed = closed(s, rays);
-                let found = match leaf.kind {
-                    Kind::Spheres(sides) => {
-                        let (center, radius) = row.sphere(s, place);
-                        hit_sphere(s, center, radius, &closed, sides)
+        let each_alone = leaf.count <= lanes.count_ones() || L::COUNT == 1;
+        match leaf.kind {
+            Kind::Spheres(sides) if each_alone => {
+                for place in 0..leaf.count as usize {
+                    let (center, radius) = row.sphere(s, place);
+                    let found = hit_sphere(s, center, radius, &closed(s, rays), sides);
+                    if found.lanes.any() {
+                        self.nearest.offer(s, rays, &found, expanded(place));
                     }
-                    Kind::Triangles(sides) => {
-                        hit_triangle(s, row.triangle(s, place), &closed, prepared.shear(s, rays), sides)
-                    }
-                    Kind::Frusta { .. } | Kind::Mixed => return,
-                };
-                if found.lanes.any() {
-                    self.nearest.offer(s, rays, &found, expanded(place));
                 }
             }
-            return;
-        }
-        for lane in lanes_of(lanes) {
-            let ray = closed(s, rays).alone(s, lane, first(leaf.count));
-            let found = match leaf.kind {
-                Kind::Spheres(sides) => {
-                    let (center, radius) = row.spheres(s);
-                    hit_sphere(s, center, radius, &ray, sides)
+            Kind::Triangles(sides) if each_alone => {
+                for place in 0..leaf.count as usize {
+                    let triangle = row.triangle(s, place);
+                    let found = hit_triangle(s, triangle, &closed(s, rays), prepared.shear(s, rays), sides);
+                    if found.lanes.any() {
+                        self.nearest.offer(s, rays, &found, expanded(place));
+                    }
                 }
-                Kind::Triangles(sides) => {
-                    hit_triangle(s, row.triangles(s), &ray, &prepared.shear(s, rays).alone(s, lane), sides)
-                }
-                Kind::Frusta { .. } | Kind::Mixed => return,
-            };
-            if found.lanes.any() {
-                self.nearest.offer_alone(s, rays, lane, &found, expanded);
             }
+            Kind::Spheres(sides) => {
+                let (center, radius) = row.spheres(s);
+                for lane in lanes_of(lanes) {
+                    let ray = closed(s, rays).alone(s, lane, first(leaf.count));
+                    let found = hit_sphere(s, center, radius, &ray, sides);
+                    if found.lanes.any() {
+                        self.nearest.offer_alone(s, rays, lane, &found, expanded);
+                    }
+                }
+            }
+            Kind::Triangles(sides) => {
+                let triangles = row.triangles(s);
+                for lane in lanes_of(lanes) {
+                    let ray = closed(s, rays).alone(s, lane, first(leaf.count));
+                    let found = hit_triangle(s, triangles, &ray, &prepared.shear(s, rays).alone(s, lane), sides);
+                    if found.lanes.any() {
+                        self.nearest.offer_alone(s, rays, lane, &found, expanded);
+                    }
+                }
+            }
+            Kind::Frusta { .. } | Kind::Mixed => {}
         }
     }
 

@@ -144,42 +144,37 @@ impl<L: Lanes> ShadowSearch<'_, L> {
             self.intersect_frusta(s, here, leaf, &row, (sides, capped), rays);
             return;
         }
-        let lanes = rays.active.bits();
-        let start = leaf.start as usize;
-        if leaf.count <= lanes.count_ones() || L::COUNT == 1 {
-            for place in 0..leaf.count as usize {
-                let crossed = match leaf.kind {
-                    Kind::Spheres(sides) => {
-                        let (center, radius) = row.sphere(s, place);
-                        sphere_crossings(s, center, radius, rays, sides)
-                    }
-                    Kind::Triangles(sides) => [
-                        hit_triangle(s, row.triangle(s, place), rays, prepared.shear(s, rays), sides).lanes,
-                        L::mask(s, 0),
-                    ],
-                    Kind::Frusta { .. } | Kind::Mixed => return,
-                };
-                self.cross_one(here, start + place, crossed, rays);
+        let (lanes, start, none) = (rays.active.bits(), leaf.start as usize, L::mask(s, 0));
+        let each_alone = leaf.count <= lanes.count_ones() || L::COUNT == 1;
+        match leaf.kind {
+            Kind::Spheres(sides) if each_alone => {
+                for place in 0..leaf.count as usize {
+                    let (center, radius) = row.sphere(s, place);
+                    self.cross_one(here, start + place, sphere_crossings(s, center, radius, rays, sides), rays);
+                }
             }
-            return;
-        }
-        for lane in lanes_of(lanes) {
-            let ray = rays.alone(s, lane, first(leaf.count));
-            let crossed = match leaf.kind {
-                Kind::Spheres(sides) => {
-                    let (center, radius) = row.spheres(s);
-                    sphere_crossings(s, center, radius, &ray, sides)
+            Kind::Triangles(sides) if each_alone => {
+                for place in 0..leaf.count as usize {
+                    let hit = hit_triangle(s, row.triangle(s, place), rays, prepared.shear(s, rays), sides);
+                    self.cross_one(here, start + place, [hit.lanes, none], rays);
                 }
-                Kind::Triangles(sides) => {
-                    let corners = row.triangles(s);
-                    [
-                        hit_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides).lanes,
-                        L::mask(s, 0),
-                    ]
+            }
+            Kind::Spheres(sides) => {
+                let (center, radius) = row.spheres(s);
+                for lane in lanes_of(lanes) {
+                    let ray = rays.alone(s, lane, first(leaf.count));
+                    self.cross_some(s, here, start, sphere_crossings(s, center, radius, &ray, sides), lane, rays);
                 }
-                Kind::Frusta { .. } | Kind::Mixed => return,
-            };
-            self.cross_some(s, here, start, crossed, lane, rays);
+            }
+            Kind::Triangles(sides) => {
+                let corners = row.triangles(s);
+                for lane in lanes_of(lanes) {
+                    let ray = rays.alone(s, lane, first(leaf.count));
+                    let hit = hit_triangle(s, corners, &ray, &prepared.shear(s, rays).alone(s, lane), sides);
+                    self.cross_some(s, here, start, [hit.lanes, none], lane, rays);
+                }
+            }
+            Kind::Frusta { .. } | Kind::Mixed => {}
         }
     }
 
