@@ -95,21 +95,24 @@ impl<L: Lanes> Prepared<L> {
         match &self.bounds {
             Some(bounds) if count >= FEWEST_RAYS => {
                 let (inside, enter) = bounds.crosses::<L>(s, node);
+                // Copies stay in registers: what is stacked is none of them.
+                let (reciprocal, rays) = (self.reciprocal, *rays);
                 for child in lanes_of(inside.bits() & children) {
-                    let lanes = self.box_against_rays(s, node, child, lanes, rays).0.bits();
+                    let lanes = box_against_rays(s, &reciprocal, node, child, lanes, &rays).0.bits();
                     let enter = enter.lane(child);
                     add(stack, top, StackEntry { child: node.children[child], lanes, enter });
                 }
             }
             _ if node.count <= count || L::COUNT == 1 => {
                 for child in lanes_of(children) {
-                    let (inside, enter) = self.box_against_rays(s, node, child, lanes, rays);
+                    let (inside, enter) = box_against_rays(s, &self.reciprocal, node, child, lanes, rays);
                     let enter = L::select(inside, enter, L::lit(s, f64::INFINITY)).smallest();
                     add(stack, top, StackEntry { child: node.children[child], lanes: inside.bits(), enter });
                 }
             }
             _ if count == 1 => {
-                let (inside, enter) = self.boxes_against_ray(s, node, lanes.trailing_zeros() as usize, rays);
+                let (inside, enter) =
+                    boxes_against_ray(s, &self.reciprocal, node, lanes.trailing_zeros() as usize, rays);
                 for child in lanes_of(inside.bits()) {
                     add(stack, top, StackEntry { child: node.children[child], lanes, enter: enter.lane(child) });
                 }
@@ -119,7 +122,7 @@ impl<L: Lanes> Prepared<L> {
                 let zero = L::lit(s, 0.0);
                 let (mut met, mut least, mut any) = (zero, L::lit(s, f64::INFINITY), 0);
                 for lane in lanes_of(lanes) {
-                    let (inside, enter) = self.boxes_against_ray(s, node, lane, rays);
+                    let (inside, enter) = boxes_against_ray(s, &self.reciprocal, node, lane, rays);
                     any |= inside.bits();
                     met = met + L::select(inside, L::lit(s, f64::from(1u32 << lane)), zero);
                     least = L::select(inside & enter.lt(least), enter, least);
@@ -134,30 +137,36 @@ impl<L: Lanes> Prepared<L> {
             }
         }
     }
+}
 
-    /// The rays of `lanes` that pass one child's box, and where they enter.
-    #[inline(always)]
-    fn box_against_rays(
-        &self,
-        s: L::Simd,
-        node: &WideNode<L::Real>,
-        child: usize,
-        lanes: u32,
-        rays: &Rays<L>,
-    ) -> (L::Mask, L) {
-        let corner = |at: &[[L::Real; MAX_LANES]; 3]| V3::splat(s, [at[0][child], at[1][child], at[2][child]]);
-        let asked = Rays { active: L::mask(s, lanes), ..*rays };
-        self.reciprocal.crosses_boxes(s, corner(&node.min), corner(&node.max), &asked)
-    }
+/// The rays of `lanes` that pass one child's box, and where they enter.
+#[inline(always)]
+fn box_against_rays<L: Lanes>(
+    s: L::Simd,
+    reciprocal: &Reciprocal<L>,
+    node: &WideNode<L::Real>,
+    child: usize,
+    lanes: u32,
+    rays: &Rays<L>,
+) -> (L::Mask, L) {
+    let corner = |at: &[[L::Real; MAX_LANES]; 3]| V3::splat(s, [at[0][child], at[1][child], at[2][child]]);
+    let asked = Rays { active: L::mask(s, lanes), ..*rays };
+    reciprocal.crosses_boxes(s, corner(&node.min), corner(&node.max), &asked)
+}
 
-    /// The children whose boxes one ray passes, and where it enters them.
-    #[inline(always)]
-    fn boxes_against_ray(&self, s: L::Simd, node: &WideNode<L::Real>, lane: usize, rays: &Rays<L>) -> (L::Mask, L) {
-        let ray = rays.alone(s, lane, first(node.count));
-        let corner =
-            |at: &[[L::Real; MAX_LANES]; 3]| V3 { x: L::load(s, &at[0]), y: L::load(s, &at[1]), z: L::load(s, &at[2]) };
-        self.reciprocal.alone(s, lane).crosses_boxes(s, corner(&node.min), corner(&node.max), &ray)
-    }
+/// The children whose boxes one ray passes, and where it enters them.
+#[inline(always)]
+fn boxes_against_ray<L: Lanes>(
+    s: L::Simd,
+    reciprocal: &Reciprocal<L>,
+    node: &WideNode<L::Real>,
+    lane: usize,
+    rays: &Rays<L>,
+) -> (L::Mask, L) {
+    let ray = rays.alone(s, lane, first(node.count));
+    let corner =
+        |at: &[[L::Real; MAX_LANES]; 3]| V3 { x: L::load(s, &at[0]), y: L::load(s, &at[1]), z: L::load(s, &at[2]) };
+    reciprocal.alone(s, lane).crosses_boxes(s, corner(&node.min), corner(&node.max), &ray)
 }
 
 /// Stacks a child that some rays pass, below nearer ones of the same node.
