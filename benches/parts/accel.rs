@@ -1,7 +1,7 @@
 //! From scene text to a compiled scene, and hierarchies alone.
 
 use crate::time;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use strahl::accel::{BvhKind, Geometry, Item, Mesh, Shape};
 use strahl::math::sin_cos;
 use strahl::scene::compile::compile;
@@ -37,7 +37,6 @@ fn sheet(n: u32) -> Item<f32> {
             normals: Vec::new(),
             uvs: Vec::new(),
             attributes: None,
-            known_volume: OnceLock::new(),
         })),
         material: 0,
         sides: Sides::Both,
@@ -45,7 +44,7 @@ fn sheet(n: u32) -> Item<f32> {
         closed: true,
         may_touch: false,
         has_holes: false,
-        own_volume: 0.0,
+        volume: 0.0,
         transmission: [0.0; 3],
         source: 0,
         offset: 0,

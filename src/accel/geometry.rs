@@ -50,7 +50,7 @@ impl<R: Real> Geometry<R> {
         let mut unbounded = Vec::new();
         let most = |item: &Item<R>| if let Shape::Mesh(mesh) = &item.shape { mesh.faces.len() } else { 1 };
         let count = items.iter().map(most).sum();
-        let mut numbering = Numbering::default();
+        let mut numbering = Numbering::with_room(count);
         let mut build: Vec<BuildPrimitive<R>> = Vec::with_capacity(items.len());
         let longest = triangle_runs::longest::<R>(count, kind);
         let mut bounds = Bounds::EMPTY;
@@ -202,7 +202,7 @@ fn extent_of<R: Real>(items: &[Item<R>], extents: &[Option<Extent>], bounds: Bou
 fn boxed<R>(shape: &Shape<R>) -> usize {
     match shape {
         Shape::Mesh(mesh) => {
-            let Mesh { vertices, faces, normals, uvs, attributes, known_volume: _ } = &**mesh;
+            let Mesh { vertices, faces, normals, uvs, attributes } = &**mesh;
             let more = attributes.as_ref().map_or([0; 4], |more| {
                 let Attributes { uvs, colors, tangents } = &**more;
                 [size_of_val(&**more), size_of_val(&uvs[..]), size_of_val(&colors[..]), size_of_val(&tangents[..])]
@@ -230,7 +230,6 @@ pub(super) mod tests {
     use crate::math::sin_cos;
     use crate::shape::{Sides, Sphere};
     use glam::DVec3;
-    use std::sync::OnceLock;
 
     fn bytes<T>(vec: &Vec<T>) -> usize {
         vec.capacity() * size_of::<T>()
@@ -254,7 +253,6 @@ pub(super) mod tests {
                 normals,
                 uvs: Vec::new(),
                 attributes: None,
-                known_volume: OnceLock::new(),
             })),
             material: 0,
             sides: Sides::Both,
@@ -262,7 +260,7 @@ pub(super) mod tests {
             closed: true,
             may_touch: false,
             has_holes: false,
-            own_volume: 0.0,
+            volume: 0.0,
             transmission: [0.0; 3],
             source: 0,
             offset: 0,

@@ -8,7 +8,7 @@ use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
 use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
 use glam::{DAffine3, DVec3};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// An item of a geometry: a body, a surface or a placed geometry.
 #[derive(Debug, Clone)]
@@ -27,27 +27,19 @@ pub struct Item<R> {
     pub may_touch: bool,
     /// Whether it may be only partly there: shadow rays pass it, and what they keep is asked later.
     pub has_holes: bool,
-    /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets. Meshes have their own.
-    pub own_volume: f64,
+    /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
+    pub volume: f64,
     /// What a shadow ray keeps of each channel at one crossing; 0 blocks it.
     pub transmission: [R; 3],
     /// Index of its source in the scene's table of names.
     pub source: u32,
     /// Expanded index of its first primitive within the geometry.
     pub offset: u64,
-    /// Number of its primitives when expanded.
+    /// Number of its primitives when expanded, with triangles that are but lines.
     pub expanded: u64,
 }
 
 impl<R: Real> Item<R> {
-    /// The volume it encloses, in its own coordinates; infinite for half-spaces, 0 for sheets.
-    pub fn volume(&self) -> f64 {
-        match &self.shape {
-            Shape::Mesh(mesh) if self.closed => mesh.volume(),
-            _ => self.own_volume,
-        }
-    }
-
     /// Whether it transmits light in some channel. Then shadow rays pass it attenuated, if the scene has transmissive shadows.
     pub fn lets_light_through(&self) -> bool {
         self.transmission.iter().any(|c| *c > R::from_f64(0.0))
@@ -92,8 +84,6 @@ pub struct Mesh<R> {
     pub uvs: Vec<[R; 2]>,
     /// What few meshes have.
     pub attributes: Option<Box<Attributes<R>>>,
-    /// [`Self::volume`], once somebody has asked.
-    pub known_volume: OnceLock<f64>,
 }
 
 /// What few meshes have, kept only where a material needs it.
@@ -119,16 +109,6 @@ impl<R: Real> Mesh<R> {
     pub fn is_collapsed(&self, face: usize) -> bool {
         let [a, b, c] = self.corners(face);
         a == b || b == c || c == a
-    }
-
-    /// The volume that it encloses, if it is closed: the sum of the signed volumes of the tetrahedra below its faces, seen from a
-    /// point near it. Only rays that go through several bodies ask for it.
-    pub fn volume(&self) -> f64 {
-        *self.known_volume.get_or_init(|| {
-            let Some([apex, ..]) = (0..self.faces.len()).map(|face| self.points(face)).next() else { return 0.0 };
-            let six = |[a, b, c]: [DVec3; 3]| (a - apex).dot((b - apex).cross(c - apex));
-            (0..self.faces.len()).map(|face| six(self.points(face))).sum::<f64>().abs() / 6.0
-        })
     }
 
     /// [`Self::corners`] in 64 bits.

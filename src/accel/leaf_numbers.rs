@@ -37,7 +37,7 @@ impl Leaf {
         if let Kind::Frusta { .. } = self.kind { MAX_LANES } else { self.count as usize }
     }
 
-    /// Numbers of its primitives.
+    /// How many numbers its primitives have.
     fn numbers(&self) -> usize {
         let each = match self.kind {
             Kind::Spheres(_) => 4,

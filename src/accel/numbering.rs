@@ -6,22 +6,31 @@ use super::item::Primitive;
 const FEW: usize = 8;
 
 /// What has which number.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Numbering {
     /// The first number of each item, and its index.
     firsts: Vec<(u32, u32)>,
     /// All primitives, if there are more than a few items.
     all: Vec<Primitive>,
     count: u32,
+    /// How many there will be.
+    room: usize,
 }
 
 impl Numbering {
+    /// Without items yet, for at most so many primitives.
+    pub(super) fn with_room(room: usize) -> Self {
+        Self { firsts: Vec::new(), all: Vec::new(), count: 0, room }
+    }
+
     /// Gives numbers to the primitives of an item. Returns the first.
     pub(super) fn add(&mut self, item: u32, primitives: u32) -> u32 {
         let first = self.count;
         self.count += primitives;
         if self.firsts.len() == FEW && self.all.is_empty() {
-            self.all = (0..first).map(|number| self.find(number as usize)).collect();
+            let mut all = Vec::with_capacity(self.room);
+            all.extend((0..first).map(|number| self.find(number as usize)));
+            self.all = all;
         }
         if self.firsts.len() < FEW {
             self.firsts.push((first, item));
@@ -50,7 +59,7 @@ mod tests {
     #[test]
     fn numbers_of_few_and_of_many_items_find_their_primitives() {
         for items in [1, 3, FEW, FEW + 1, 50] {
-            let (mut numbering, mut all) = (Numbering::default(), Vec::new());
+            let (mut numbering, mut all) = (Numbering::with_room(0), Vec::new());
             for item in 0..items as u32 {
                 // Some meshes have no face.
                 let faces = item * 7 % 5;

@@ -51,7 +51,7 @@ impl<'a, R: Real> Owner<'a, R> {
             Shape::Instance(instance) => instance.to_world.volume_scale(),
             _ => 1.0,
         };
-        self.item.volume() * self.instances.iter().map(scale).product::<f64>()
+        self.item.volume * self.instances.iter().map(scale).product::<f64>()
     }
 
     /// The lanes of `among` that have hit this body.

@@ -232,8 +232,12 @@ fn is_flat<R: Real>(mesh: &Mesh<R>) -> bool {
     if mesh.faces.len() > MOST_FACES || !mesh.normals.is_empty() {
         return false;
     }
-    let Some(first) = (0..mesh.faces.len()).find(|face| !mesh.is_collapsed(*face)) else { return true };
-    let [a, b, c] = mesh.points(first);
-    let normal = (b - a).cross(c - a);
+    let plane = |face: usize| {
+        let [a, b, c] = mesh.points(face);
+        (a, (b - a).cross(c - a))
+    };
+    let Some((a, normal)) = (0..mesh.faces.len()).map(plane).find(|(_, normal)| *normal != DVec3::ZERO) else {
+        return false;
+    };
     mesh.vertices.iter().all(|p| normal.dot(DVec3::from_array(p.map(Real::to_f64)) - a) == 0.0)
 }

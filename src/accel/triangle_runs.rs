@@ -24,8 +24,8 @@ pub(super) fn longest<R: Real>(primitives: usize, kind: BvhKind) -> u32 {
     if kind == BvhKind::Sah && primitives >= LARGE { R::LANES as u32 } else { 1 }
 }
 
-/// Adds the triangles of a mesh to what a hierarchy is built of, in runs of at most `longest`. The first has the index `first`.
-/// Those that are but lines are left out. Returns the box around the others.
+/// Adds the triangles of a mesh to what a hierarchy is built of, in runs of at most `longest`. Its face 0 has the
+/// number `first`. Triangles that are but lines are left out. Returns the box around the others.
 pub(super) fn push<R: Real>(build: &mut Vec<BuildPrimitive<R>>, mesh: &Mesh<R>, first: u32, longest: u32) -> Bounds {
     let faces = mesh.faces.len();
     let chunk = |start: usize| runs(mesh, first, start..faces.min(start + CHUNK), longest);
@@ -103,7 +103,7 @@ impl<R: Real> Run<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::{Arc, OnceLock};
+    use std::sync::Arc;
 
     /// Triangles with a corner at each of these places along x, of sides of 1.
     fn mesh(places: impl Iterator<Item = f32>) -> Mesh<f32> {
@@ -111,7 +111,7 @@ mod tests {
             places.flat_map(|x| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.5]]).collect();
         let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let (faces, normals, uvs) = (Arc::new(faces), Vec::new(), Vec::new());
-        Mesh { vertices, faces, normals, uvs, attributes: None, known_volume: OnceLock::new() }
+        Mesh { vertices, faces, normals, uvs, attributes: None }
     }
 
     fn counts(mesh: &Mesh<f32>, kind: BvhKind) -> Vec<u32> {

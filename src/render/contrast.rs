@@ -45,7 +45,7 @@ fn codes_of_shown_over_background(display: &Display, shown: &[[f32; 3]], alpha: 
         let behind = behind.unwrap_or([1.0; 3]);
         std::array::from_fn(|c| shown[c] + behind[c] * (1.0 - alpha))
     };
-    let mut codes = vec![[0; 3]; shown.len()];
+    let mut codes = vec![[0; 3]; shown.len().min(alpha.len())];
     let chunks = shown.par_chunks(CHUNK).zip(alpha.par_chunks(CHUNK)).zip(codes.par_chunks_mut(CHUNK));
     chunks.for_each(|((shown, alpha), codes)| {
         let shown: Vec<[f32; 3]> = shown.iter().zip(alpha).map(over).collect();

@@ -7,13 +7,13 @@ use crate::shape::ear_clipping::triangulate;
 use crate::shape::{Cuboid, Disc, Frame, Frustum, Plane, Sphere, Torus};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::sync::{Arc, LazyLock, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 /// The faces of all triangles and of all quads: one list for each, however many there are.
 static TRIANGLE: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2]].into());
 static QUAD: LazyLock<Arc<Vec<[u32; 3]>>> = LazyLock::new(|| vec![[0, 1, 2], [0, 2, 3]].into());
 
-/// The volume of a closed body. Meshes find out their own.
+/// The volume of a closed body.
 pub(super) fn volume(object: &Object) -> f64 {
     let distance = |a: Vec3, b: Vec3| DVec3::from_array(a).distance(DVec3::from_array(b));
     match object {
@@ -25,7 +25,13 @@ pub(super) fn volume(object: &Object) -> f64 {
             PI / 3.0 * distance(o.base, o.top) * (r * r + r * q + q * q)
         }
         Object::Torus(o) => 2.0 * PI * PI * o.major_radius * o.minor_radius * o.minor_radius,
-        Object::Mesh(_) => 0.0,
+        Object::Mesh(o) => {
+            // Sum of the signed volumes of the tetrahedra below the faces, seen from a point near the mesh.
+            let corner = |i: u32| DVec3::from_array(o.vertices[i as usize]);
+            let apex = corner(o.faces[0][0]);
+            let six = |f: &[u32; 3]| (corner(f[0]) - apex).dot((corner(f[1]) - apex).cross(corner(f[2]) - apex));
+            o.faces.iter().map(six).sum::<f64>().abs() / 6.0
+        }
         _ => f64::INFINITY,
     }
 }
@@ -141,5 +147,5 @@ fn mesh<R: Real>(
     let unit = |n: &Vec3| DVec3::from_array(*n).normalize_or_zero().to_array().map(R::from_f64);
     let uvs = uvs.unwrap_or_default().iter().map(|uv| uv.map(R::from_f64)).collect();
     let normals = normals.unwrap_or_default().iter().map(unit).collect();
-    Mesh { faces, normals, vertices, uvs, attributes: None, known_volume: OnceLock::new() }
+    Mesh { faces, normals, vertices, uvs, attributes: None }
 }

@@ -194,7 +194,7 @@ impl<'a, R: Real> Builder<'a, R> {
                     self.sources.entries.push(entry(appearance.name));
                     let count = if let Shape::Mesh(mesh) = &shape { mesh.faces.len() as u128 } else { 1 };
                     // A sheet has none, and may be a body now.
-                    let volume = known.filter(|item| item.closed).map(|item| item.own_volume);
+                    let volume = known.filter(|item| item.closed).map(|item| item.volume);
                     let item = self.item(object, shape, appearance, volume, source);
                     into.push(item, extent::of_object::<R>(object), count);
                 }
@@ -279,7 +279,7 @@ impl<'a, R: Real> Builder<'a, R> {
             closed: false,
             may_touch: false,
             has_holes: false,
-            own_volume: 0.0,
+            volume: 0.0,
             transmission: [R::from_f64(0.0); 3],
             source,
             offset: 0,
@@ -319,7 +319,7 @@ impl<'a, R: Real> Builder<'a, R> {
             closed,
             may_touch: false,
             has_holes: self.materials[material].has_holes(),
-            own_volume: if closed { known_volume.unwrap_or_else(|| volume(object)) } else { 0.0 },
+            volume: if closed { known_volume.unwrap_or_else(|| volume(object)) } else { 0.0 },
             transmission: self.materials[material].transmission,
             source,
             offset: 0,
