@@ -6,7 +6,7 @@ use super::placement::Placement;
 use crate::lanes::{Lanes, Mask, Real};
 use crate::math::{exponent, scale_by_power};
 use crate::ray::Rays;
-use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus};
+use crate::shape::{Cuboid, Disc, Frustum, Plane, Sides, Sphere, Torus, is_collapsed};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -104,11 +104,10 @@ impl<R: Real> Mesh<R> {
         self.faces[face].map(|i| self.vertices[i as usize])
     }
 
-    /// Whether rounding has collapsed a face to a line, which no ray hits. Slivers are none: without them there would be gaps.
+    /// Whether rounding has collapsed a face to a line.
     #[inline(always)]
     pub fn is_collapsed(&self, face: usize) -> bool {
-        let [a, b, c] = self.corners(face);
-        a == b || b == c || c == a
+        is_collapsed(&self.corners(face))
     }
 
     /// [`Self::corners`] in 64 bits.

@@ -211,7 +211,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         );
     }
 
-    /// The lanes in which rays cross frusta once and twice.
+    /// The lanes that cross frusta, and those that do so a second time.
     #[inline(always)]
     fn crossings_of(
         &self,
@@ -226,7 +226,7 @@ impl<L: Lanes> ShadowSearch<'_, L> {
         }
     }
 
-    /// Takes from rays what a primitive keeps of them, where they cross it once and twice.
+    /// Takes from rays what a primitive keeps of them. `crossed` has the lanes that cross it, and those that do so a second time.
     #[inline(always)]
     fn cross_one(&mut self, here: &Geometry<L::Real>, place: usize, crossed: [L::Mask; 2], rays: &mut Rays<L>) {
         let met = crossed[0] | crossed[1];

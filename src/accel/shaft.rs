@@ -232,6 +232,7 @@ fn is_flat<R: Real>(mesh: &Mesh<R>) -> bool {
     if mesh.faces.len() > MOST_FACES || !mesh.normals.is_empty() {
         return false;
     }
+    // A triangle that is but a line, also one with three corners, lies in many planes.
     let plane = |face: usize| {
         let [a, b, c] = mesh.points(face);
         (a, (b - a).cross(c - a))

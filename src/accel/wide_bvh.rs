@@ -20,6 +20,7 @@ pub(super) struct WideBvh<R> {
     pub(super) nodes: Vec<WideNode<R>>,
     pub(super) leaves: Vec<Leaf>,
     pub(super) root: Child,
+    /// Coordinates of what is in the leaves.
     pub(super) numbers: LeafNumbers<R>,
 }
 

@@ -26,4 +26,4 @@ pub use plane::Plane;
 pub use sides::Sides;
 pub use sphere::{Sphere, hit_sphere, sphere_crossings, sphere_surface};
 pub use torus::Torus;
-pub use triangle::{Shear, hit_triangle, triangle_surface};
+pub use triangle::{Shear, hit_triangle, is_collapsed, triangle_surface};

@@ -9,6 +9,13 @@ use crate::lanes::{Lanes, MAX_LANES, Mask, Real, V3, is_single, lanes_of};
 use crate::ray::{Hit, Intersection, Rays, gamma};
 use glam::DVec3;
 
+/// Whether two corners are in one place: such a triangle is but a line, and no ray hits it. Slivers are none, since without them there
+/// would be gaps.
+#[inline(always)]
+pub fn is_collapsed<R: PartialEq>([a, b, c]: &[[R; 3]; 3]) -> bool {
+    a == b || b == c || c == a
+}
+
 /// A ray's shear: the transformation that makes it point along +z from the origin.
 #[derive(Debug, Clone, Copy)]
 pub struct Shear<L: Lanes> {

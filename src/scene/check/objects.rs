@@ -3,13 +3,12 @@
 use super::findings::Findings;
 use super::materials::check_material;
 use super::path::Path;
-use crate::scene::description::{
-    Appearance, Description, Material, Mesh, Motion, Object, Transform, Vec3, is_collapsed,
-};
+use crate::scene::description::{Appearance, Description, Material, Mesh, Motion, Object, Transform, Vec3};
 use crate::scene::limits;
 use crate::scene::problem::{Code, quoted};
 use crate::scene::transform::affine;
 use crate::shape::ear_clipping::triangulate;
+use crate::shape::is_collapsed;
 use glam::DVec3;
 
 /// Checks all objects and definitions.
@@ -293,11 +292,12 @@ fn check_mesh(findings: &mut Findings, at: Path<'_>, mesh: &Mesh) {
     {
         findings.point(at.key("vertices").index(i), vertex);
     }
+    let is_line = |face: &[u32; 3]| is_collapsed(&face.map(|i| mesh.vertices[i as usize]));
     let stray = |face: &[u32; 3]| face.iter().position(|v| *v as usize >= count);
     if let Some((i, k)) = mesh.faces.iter().enumerate().find_map(|(i, face)| stray(face).map(|k| (i, k))) {
         let detail = format!("no vertex {}: the mesh has {count}, counted from 0", mesh.faces[i][k]);
         findings.add(at.key("faces").index(i).index(k), Code::UnknownReference, detail);
-    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(|face| is_collapsed(&mesh.vertices, face)) {
+    } else if !mesh.faces.is_empty() && mesh.faces.iter().all(is_line) {
         findings.add(at.key("faces"), Code::Degenerate, "no face has an area");
     }
     if let Some(normals) = &mesh.normals {

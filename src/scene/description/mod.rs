@@ -36,7 +36,6 @@ pub use light::{
 pub use material::{Axes, Checker, Fresnel, Material};
 pub(in crate::scene) use models::{ModelBodies, ModelPlace};
 pub use models::{PlacedModel, ReadModels, UpAxis};
-pub(crate) use object::is_collapsed;
 pub use object::{
     Appearance, AxisBox, Cone, Cylinder, Disc, Group, Instance, Mesh, Motion, Object, Plane, Polygon, Quad, Rotation,
     Scale, Sphere, Torus, Transform, Triangle,

@@ -388,9 +388,3 @@ pub enum Scale {
     /// For x, y and z.
     PerAxis(Vec3),
 }
-
-/// Whether a face has two corners in one place.
-pub(crate) fn is_collapsed<T: PartialEq>(vertices: &[T], face: &[u32; 3]) -> bool {
-    let [a, b, c] = face.map(|i| &vertices[i as usize]);
-    a == b || b == c || c == a
-}
